@@ -512,10 +512,9 @@ void HapticNode::FillCollisions(Outputs* outputs) const {
     const core::Wrench& F_So_W = pair_role.is_published ? set.F_So_W : result.F_So_W;
     const double force_N = IsHeld(pair_role, i) ? JawPress_N(i) : glm::length(F_So_W.force_N);
     const double depth_m = std::max(-result.signed_distance_m, 0.0);
-    collision::AddCollision(
-        {pair_role.scenario_pair, pair.sampled, pair.field, static_cast<float>(depth_m), static_cast<float>(force_N),
-         static_cast<float>(result.force_error_N)},
-        &matrix);
+    collision::AddCollision({pair_role.scenario_pair, pair.sampled, pair.field, static_cast<float>(depth_m),
+                             static_cast<float>(force_N), static_cast<float>(result.force_error_N)},
+                            &matrix);
   }
 }
 

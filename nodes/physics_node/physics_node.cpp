@@ -448,10 +448,10 @@ void PhysicsNode::FillCollisions(core::CollisionMatrix* matrix) const {
     if (!own.is_near(i) || !set.is_in_contact) continue;
     const double force_N = glm::length(world().contact(impl_->built.contact_of_pair[pair]).F_So_W.force_N);
     const double depth_m = std::max(-set.signed_distance_m, 0.0);
-    collision::AddCollision({static_cast<std::uint16_t>(pair), set.sampled_body, set.field_body,
-                             static_cast<float>(depth_m), static_cast<float>(force_N),
-                             static_cast<float>(own.force_error_N(i))},
-                            matrix);
+    collision::AddCollision(
+        {static_cast<std::uint16_t>(pair), set.sampled_body, set.field_body, static_cast<float>(depth_m),
+         static_cast<float>(force_N), static_cast<float>(own.force_error_N(i))},
+        matrix);
   }
 }
 OwnContacts& PhysicsNode::own_contacts() {

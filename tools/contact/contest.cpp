@@ -78,7 +78,8 @@ std::vector<core::Pose> Shortened(const Workload& workload, double query_s, doub
   return poses;
 }
 
-Contender Own(const char* method, const char* setting, const char* mark, double factor, std::uint32_t num_points) {
+Contender Own(const char* method, const char* setting, const char* mark, double factor, std::uint32_t num_points,
+              double accuracy = kAccuracy) {
   const vps::Method kind = std::string(method) == "fast" ? vps::Method::kFast : vps::Method::kPaper;
   Contender c;
   c.method = method;
@@ -89,7 +90,8 @@ Contender Own(const char* method, const char* setting, const char* mark, double 
     if (!A) return tl::unexpected(A.error());
     const auto B = structures.Get({true, kind, 0.0, num_points});
     if (!B) return tl::unexpected(B.error());
-    return kind == vps::Method::kFast ? MakeFastMethod(*A, *B) : MakePaperMethod(*A, *B, SurfaceArea(parts.B), true);
+    if (kind == vps::Method::kPaper) return MakePaperMethod(*A, *B, SurfaceArea(parts.B), true);
+    return MakeFastMethod(*A, *B, AsInScenarios(accuracy));
   };
   return c;
 }
@@ -105,6 +107,7 @@ std::vector<Contender> OwnContenders() {
     all.push_back(Own(method, "s; 16384 points", "16k", 1.0, kMiddlePoints / 4));
     all.push_back(Own(method, "s; 4096 points", "4k", 1.0, kMiddlePoints / 16));
   }
+  all.push_back(Own("fast", kMiddleAtTen, "10 %", 1.0, kMiddlePoints, 0.1));
   return all;
 }
 

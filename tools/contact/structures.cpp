@@ -18,6 +18,9 @@ Structures::Cooked Build(const Parts& parts, const Structures::Key& key) {
     const vps::SurfaceSamples samples = EvenSamples(mesh, key.num_points);
     if (key.method == vps::Method::kFast) {
       cooked->samples = vps::BuildSampleTree(samples);
+      for (std::uint32_t n = key.num_points / 4; n >= 256; n /= 4) {
+        cooked->coarser.push_back(vps::BuildSampleTree(EvenSamples(mesh, n)));
+      }
       cooked->surface = vps::BuildSurfaceTree(mesh, 4.0 * std::sqrt(vps::SurfaceArea_m2(mesh) / key.num_points));
     } else {
       vps::Pointshell shell;

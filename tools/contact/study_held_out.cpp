@@ -77,7 +77,7 @@ void Measure(const vps::WrenchCase& c, const std::vector<ReferencePose>& posed, 
     if (!A) return tl::unexpected(A.error());
     const auto B = structures.Get(samples_of_B);
     if (!B) return tl::unexpected(B.error());
-    return MakeFastMethod(*A, *B, entrant.accuracy);
+    return MakeFastMethod(*A, *B, {entrant.accuracy});
   };
   std::vector<std::unique_ptr<Method>> methods;
   std::vector<Racer> racers;

@@ -51,6 +51,9 @@ core::Result<void> CheckSheetThickness(const CookParameters& parameters) {
   return core::Fail(core::ErrorCode::kInvalidInput, text);
 }
 
+// Not derived: a contact of still coarser samples has a handful of them.
+constexpr std::uint32_t kFewestSamples = 256;
+
 // Not derived: leaves of a few samples.
 double LongestPatch_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);
@@ -80,6 +83,11 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
       auto samples = BuildSampleTree(solid, parameters.num_points, progress, workers);
       if (!samples) return tl::unexpected(samples.error());
       object.samples = std::move(*samples);
+      for (std::uint32_t n = parameters.num_points / 4; n >= kFewestSamples; n /= 4) {
+        const auto coarser = SampleSurface(solid, n, progress, workers);
+        if (!coarser) return tl::unexpected(coarser.error());
+        object.coarser.push_back(BuildSampleTree(*coarser));
+      }
       object.surface = BuildSurfaceTree(solid, LongestPatch_m(object.samples->area_m2, parameters.num_points));
     }
     return object;
@@ -142,7 +150,10 @@ void Add(CookedObject&& role, CookedObject* object) {
   if (role.field) object->field = std::move(role.field);
   if (role.bends) object->bends = std::move(role.bends);
   if (role.points) object->points = std::move(role.points);
-  if (role.samples) object->samples = std::move(role.samples);
+  if (role.samples) {
+    object->samples = std::move(role.samples);
+    object->coarser = std::move(role.coarser);
+  }
   if (role.surface) object->surface = std::move(role.surface);
   object->bounding_centre_m = role.bounding_centre_m;
   object->bounding_radius_m = role.bounding_radius_m;

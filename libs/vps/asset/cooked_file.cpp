@@ -177,6 +177,8 @@ std::vector<char> Encode(const CookedObject& object) {
   }
   if (object.samples) {
     Encode(*object.samples, &out);
+    out.Put(static_cast<std::uint32_t>(object.coarser.size()));
+    for (const SampleTree& tree : object.coarser) Encode(tree, &out);
     Encode(*object.surface, &out);
   }
   return out.bytes();
@@ -374,6 +376,11 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
   }
   if (flags & kHasSamples) {
     object.samples = DecodeSamples(&in);
+    const auto num_coarser = in.Get<std::uint32_t>();
+    for (std::uint32_t i = 0; i < num_coarser && in.is_ok(); ++i) {
+      object.coarser.push_back(DecodeSamples(&in));
+      is_consistent = is_consistent && IsConsistent(object.coarser.back());
+    }
     SurfaceTree surface;
     surface.nodes = in.GetArray<SurfaceNode>();
     surface.families = in.GetArray<SurfaceFamily>();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/parallel_for.hpp"
 #include "core/result.hpp"
@@ -28,6 +30,7 @@ struct CookedObject {
   std::optional<DistanceField> field;  // field side, method fast
   std::optional<FieldBends> bends;     // of the field
   std::optional<SampleTree> samples;   // sampled side, method fast
+  std::vector<SampleTree> coarser;     // of the same surface: each has a quarter of the points of the one before
   std::optional<SurfaceTree> surface;  // likewise
   glm::dvec3 bounding_centre_m{0.0};
   double bounding_radius_m = 0.0;
@@ -39,6 +42,11 @@ struct CookedObject {
   }
   [[nodiscard]] bool has_points(Method method) const {
     return method == Method::kFast ? samples.has_value() : points.has_value();
+  }
+  // The samples, or coarser ones; the coarsest if there are none so coarse.
+  [[nodiscard]] const SampleTree& SamplesAt(std::uint32_t coarseness) const {
+    const std::size_t c = std::min<std::size_t>(coarseness, coarser.size());
+    return c == 0 ? *samples : coarser[c - 1];
   }
   // Of the field side; 0 when there is none.
   [[nodiscard]] double voxel_size_m() const {

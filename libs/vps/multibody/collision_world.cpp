@@ -40,7 +40,7 @@ struct PairEntry {
 
   // That is walked, of `fast`.
   [[nodiscard]] const SampleTree& TreeOf(const CookedObject& S) const {
-    return touch != nullptr ? touch->tree : *S.samples;
+    return touch != nullptr ? touch->tree : S.SamplesAt(touch_memory.coarseness);
   }
   [[nodiscard]] std::span<const core::ContactPlane> planes() const {
     if (gaps != nullptr) return {gaps->planes.begin(), gaps->planes.size()};
@@ -366,7 +366,7 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   const PairDescription d = DescriptionNow(pair);
   const CookedObject& S = *objects[d.sampled];
   const CookedObject& G = *objects[d.field];
-  const FastPair parts{pair.TreeOf(S), *S.surface, *G.field, *G.bends};
+  const FastPair parts{pair.TreeOf(S), *S.surface, *G.field, *G.bends, static_cast<std::uint32_t>(S.coarser.size())};
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   FastPairScratch* const memory = &fast_scratch[slot];
   memory->found = FinishWalk(&memory->walk);

@@ -76,6 +76,7 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
 double SetApart(double free_m, double margin_m, const SampleTree& sampled, FastPairScratch* scratch,
                 PairResult* result) {
   ClearTouch(scratch, result);
+  if (scratch->memory != nullptr) scratch->memory->coarseness = 0;
   result->is_in_contact = false;
   result->planes.clear();
   result->signed_distance_m = std::max(0.0, margin_m + free_m - sampled.reach_m);
@@ -150,26 +151,55 @@ float FieldErrorAt(const FastPair& parts, const glm::vec3& p, float depth) {
   return kMeanOfInnerError * InnerErrorAt(parts.bends, parts.field, p);
 }
 
-// The error of the samples' estimate: what their sixteen samplings differ by, the field's mean error at the deepest of
-// them over the area that touches, and what fits between samples: the area of one times a quarter of its radius (not
-// derived).
-double ErrorOfSamples_m3(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
+// The error of the samples' estimate: by_cells, what they miss at the border of the contact, and what fits between
+// them: the area of one times a quarter of its radius (not derived); by_field, the field's mean error at the deepest of
+// them over the area that touches.
+struct SampleError {
+  double by_cells_m3 = 0.0;
+  double by_field_m3 = 0.0;
+  [[nodiscard]] double sum_m3() const { return by_cells_m3 + by_field_m3; }
+};
+
+SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
   const SampleTree& samples = parts.samples;
-  const double between_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m;
-  if (walk.num_colliding == 0) return between_m3;
+  SampleError error;
+  error.by_cells_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m + walk.missed_m3;
+  if (walk.num_colliding == 0) return error;
   const glm::vec3 p_S = PointOf(samples.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock);
   const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(p_S);
   const double voxel_m = parts.field.voxel_size_m;
   const double field_m =
       voxel_m * static_cast<double>(FieldErrorAt(parts, p, static_cast<float>(walk.deepest_m / voxel_m)));
   const double carrying_m2 = walk.square_m4 > 0.0 ? walk.volume_m3 * walk.volume_m3 / walk.square_m4 : 0.0;
-  return between_m3 + kConfidence * (walk.deviation_m3 + field_m * carrying_m2);
+  error.by_field_m3 = kConfidence * field_m * carrying_m2;
+  return error;
 }
 
-// How much the samples alone decide: wholly while their error f is at most half of the wanted one w, then less and
-// less, not at all from w on.
+// How much the samples alone decide: wholly while their error f is at most the wanted one w, then less and less, not at
+// all from 2 w on.
 double SurenessOfSamples(double f_m3, double wanted_m3) {
-  return std::clamp(2.0 - 2.0 * f_m3 / wanted_m3, 0.0, 1.0);
+  return std::clamp(2.0 - f_m3 / wanted_m3, 0.0, 1.0);
+}
+
+// Chooses the samples of the next query: coarser ones, if their error is expected to be within the wanted one w as
+// well; finer ones when they do not suffice. The finest before anything touches: they find it.
+//
+// A quarter of the samples misses about four times as much, since that grows with the area of a cell; a little more is
+// allowed for. Where few samples touch it can be far more: what did not suffice is tried again only after a while.
+void ChooseCoarseness(const FastPair& parts, bool is_contact, const SampleError& error, double wanted_m3,
+                      TouchMemory* memory) {
+  constexpr double kMissedByCoarser = 5.0;
+  constexpr int kWait = 100;  // queries; not derived: the cost of a wrong choice is small against so many
+  if (!is_contact) {
+    memory->coarseness = 0;
+  } else if (error.sum_m3() > wanted_m3) {
+    if (memory->coarseness > 0) memory->queries_to_coarser = kWait;
+    memory->coarseness -= std::min(memory->coarseness, 1U);
+  } else if (memory->queries_to_coarser > 0) {
+    --memory->queries_to_coarser;
+  } else if (kMissedByCoarser * error.by_cells_m3 + error.by_field_m3 < wanted_m3) {
+    memory->coarseness = std::min(memory->coarseness + 1, parts.coarsest);
+  }
 }
 
 // Two estimates of the same integral, of the surface and of its samples, with errors e and f: weighted by the inverse
@@ -222,8 +252,8 @@ Deepest DeeperOf(const FastPair& parts, const core::Pose& X_GS, const SurfaceWal
 
 }  // namespace
 
-FastPair FastPairOf(const CookedObject& S, const CookedObject& G) {
-  return {*S.samples, *S.surface, *G.field, *G.bends};
+FastPair FastPairOf(const CookedObject& S, const CookedObject& G, const TouchMemory& memory) {
+  return {S.SamplesAt(memory.coarseness), *S.surface, *G.field, *G.bends, static_cast<std::uint32_t>(S.coarser.size())};
 }
 
 double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
@@ -267,16 +297,19 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
     const std::uint32_t left = scratch->most_points - std::min(scratch->most_points, walk.points_tested);
     goal.most_places = std::clamp(left / kPointsOfPlace, std::min(kLeastPlaces, pair.most_places), pair.most_places);
   }
-  const double error_of_samples_m3 = ErrorOfSamples_m3(parts, X_GS, walk);
-  const double sureness =
-      SurenessOfSamples(error_of_samples_m3, std::max(goal.negligible_m3, goal.accuracy * walk.volume_m3));
+  const SampleError error = ErrorOfSamples(parts, X_GS, walk);
+  const double wanted_of_samples_m3 = std::max(goal.negligible_m3, goal.accuracy * walk.volume_m3);
+  const double sureness = SurenessOfSamples(error.sum_m3(), wanted_of_samples_m3);
   const SurfaceWalk::Result& surface =
       sureness < 1.0 ? RunTouch(parts, X_GS, goal, scratch) : scratch->surface.ClearResult();
   const auto points = static_cast<std::uint32_t>(surface.places_read) * kPointsOfPlace;
   result->counters.points_tested += points;
   scratch->points_due += surface.is_accurate ? points : 2 * points;
-  scratch->touch = Combine(surface, walk, error_of_samples_m3, sureness);
+  scratch->touch = Combine(surface, walk, error.sum_m3(), sureness);
   const TouchIntegral& touch = scratch->touch;
+  if (scratch->memory != nullptr) {
+    ChooseCoarseness(parts, touch.is_contact(), error, wanted_of_samples_m3, scratch->memory);
+  }
   const double wanted_m3 = std::max(goal.negligible_m3, goal.accuracy * touch.volume_m3);
   scratch->is_cut_short |= !surface.is_accurate && touch.error_m3 > wanted_m3;
   const double scale = AreaScale(touch.volume_m3, touch.square_m4, area_m2, rho);

@@ -10,8 +10,8 @@ struct SurfacePiece {
   glm::vec3 corners[3];
 };
 
-// The sampled surface itself, for the nearest places of a tool (gap/, FindNearestPiece). Sphere j of level 0 holds piece j.
-// Triangles without area are left out.
+// The sampled surface itself, for the nearest places of a tool (gap/, FindNearestPiece). Sphere j of level 0 holds
+// piece j. Triangles without area are left out.
 struct SurfacePieces : SphereTree {
   std::vector<SurfacePiece> pieces;
 

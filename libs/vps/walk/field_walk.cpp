@@ -52,17 +52,6 @@ WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const
 constexpr std::uint32_t kMostChunks = 64;
 constexpr std::uint32_t kSmallestChunkShift = 7;
 
-// |F_k - F / 16|^2, summed, times 16 / 15.
-double VarianceOf(const double (&sums)[WalkSums::kNumSums][kBlock]) {
-  double variance = 0.0;
-  for (const auto s : {WalkSums::kFx, WalkSums::kFy, WalkSums::kFz}) {
-    double mean = 0.0;
-    for (const double lane : sums[s]) mean += lane / kBlock;
-    for (const double lane : sums[s]) variance += (lane - mean) * (lane - mean);
-  }
-  return variance * kBlock / (kBlock - 1);
-}
-
 double SumOf(const double (&lanes)[kBlock]) {
   double sum = 0.0;
   for (const double lane : lanes) sum += lane;
@@ -258,7 +247,6 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
         result.deepest_point = point;
       }
     }
-    if (chunk.sums.num_colliding == 0) continue;
     for (std::uint32_t s = 0; s < WalkSums::kNumSums; ++s) {
       for (std::uint32_t k = 0; k < kBlock; ++k) sums[s][k] += chunk.sums.of[s][k];
     }
@@ -270,10 +258,10 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
     return result;
   }
   result.deepest_m = static_cast<double>(deepest) * s;
+  result.missed_m3 = s * SumOf(sums[WalkSums::kMissed]);
   if (result.num_colliding == 0) return result;
   result.force_m3 = s * glm::dvec3(SumOf(sums[WalkSums::kFx]), SumOf(sums[WalkSums::kFy]), SumOf(sums[WalkSums::kFz]));
   result.moment_m4 = s * glm::dvec3(SumOf(sums[WalkSums::kMx]), SumOf(sums[WalkSums::kMy]), SumOf(sums[WalkSums::kMz]));
-  result.deviation_m3 = s * std::sqrt(VarianceOf(sums));
   result.volume_m3 = s * SumOf(sums[WalkSums::kVolume]);
   result.square_m4 = s * s * SumOf(sums[WalkSums::kSquare]);
   return result;

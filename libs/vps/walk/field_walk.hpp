@@ -93,9 +93,10 @@ struct FieldWalkResult {
   glm::dvec3 moment_m4{0.0};
   double volume_m3 = 0.0;  // integral of the depth
   double square_m4 = 0.0;  // integral of its square
-  // Standard deviation of the force, by how much the sums over the points of each of a block's sixteen places differ
-  // (they are sixteen samplings of the same surface): sigma^2 = 16 / 15 sum |F_k - F / 16|^2.
-  double deviation_m3 = 0.0;
+  // What the samples may miss of the integral of the depth: max(d, 0) at a sample is less than the mean over a cell
+  // that the zero level cuts. Estimated by how steeply the depth changes along the surface (AddMissed in
+  // walk_points.hpp).
+  double missed_m3 = 0.0;
   double deepest_m = -1e30;           // of the near points: penetration, negative when apart
   std::uint32_t deepest_point = 0;    // block * 16 + lane
   std::uint32_t num_near_blocks = 0;  // valid entries in the scratch

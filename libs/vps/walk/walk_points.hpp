@@ -277,9 +277,15 @@ inline void ReadCells(const WalkInput& in, const std::uint32_t* blocks, std::uin
   }
 }
 
+// Gradients of the field at a batch's points, 1 / kGradientScale; x above kNoSlope where the word is no plane.
+struct Slopes {
+  alignas(64) float x[kBatch * kBlock], y[kBatch * kBlock], z[kBatch * kBlock];
+};
+constexpr float kNoSlope = 1e20f;
+
 // Depths of a batch at the points' places.
 inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
-                       float* depths) {
+                       float* depths, Slopes* slopes) {
   Cells cells;
   ReadCells(in, blocks, count, windows, &cells);
   // Without a branch on what is read: a wrong guess would wait for memory.
@@ -296,7 +302,11 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
       const Vec3 g{ToF((I)(word << 11 & kTop)), ToF((I)(word << 18 & kTop)), ToF((I)z_code)};
       const Vec3 e{LoadF(cells.x + to), LoadF(cells.y + to), LoadF(cells.z + to)};
       const F depth = Fma(ToF((I)word), Fill(kWordScale / kGradientScale), Dot(g, e)) * -kGradientScale;
+      const U is_other = (U)(z_code == (kOtherKind << 25));
       StoreF(depths + to, depth);
+      StoreF(slopes->x + to, is_other ? Fill(2.0f * kNoSlope) : g.x);
+      StoreF(slopes->y + to, g.y);
+      StoreF(slopes->z + to, g.z);
       found |= EqualBits(z_code, U{} + (kOtherKind << 25)) << at;
     }
     odd[num_odd] = i;
@@ -351,7 +361,7 @@ inline F MeanDepth(const WalkInput& in, F depth, F area, float curvature) {
 }
 
 // Sums in float of the blocks whose numbers differ only in the last five bits, then added to the doubles: the sums do
-// not depend on which blocks without contact were tested as well.
+// not depend on which blocks beyond the margin were tested as well.
 constexpr int kSharedBits = 5;
 struct Partial {
   F of[WalkSums::kNumSums][kParts];
@@ -405,6 +415,33 @@ inline void AddBlock(const PointBlock& block, const F* depth, Partial* partial) 
   partial->is_empty = false;
 }
 
+// What the samples near the zero level miss: a sample counts max(d, 0), but the depth varies over its cell, and a cell
+// that is cut by the zero level has more. With the depth d + s, s spread evenly over [-w / 2, w / 2], the mean exceeds
+// max(d, 0) by
+//
+//   (w / 2 - |d|)^2 / (2 w)   while |d| < w / 2, else by 0.
+//
+// w = h sqrt(|g|^2 - (g . n)^2): how much a linear depth changes over a cell of side h; g is the field's gradient, the
+// root its part along the surface. Where several of G's facets are near it is taken as 1, the most that is possible.
+inline void AddMissed(const WalkInput& in, const PointBlock& block, const F* depth, const Slopes& slopes,
+                      std::uint32_t first, Partial* partial) {
+  for (int j = 0; j < kParts; ++j) {
+    const int at = j * kLanes;
+    const F area = LoadF(block.area_m2 + at);
+    const F h2 = area * (in.voxels_per_m * in.voxels_per_m);
+    if (LessBits(depth[j] * depth[j] * 4.0f, h2) == 0) continue;
+    const std::uint32_t k = first + static_cast<std::uint32_t>(at);
+    const Vec3 g{LoadF(slopes.x + k), LoadF(slopes.y + k), LoadF(slopes.z + k)};
+    const Vec3 n = Turn(in, LoadF(block.nx + at), LoadF(block.ny + at), LoadF(block.nz + at));
+    const F along = Dot(g, n) * in.m_per_voxel;
+    const F slope2 = Min(Max(Dot(g, g) - along * along, F{}) * (kGradientScale * kGradientScale), Fill(1.0f));
+    const F w = Sqrt((g.x < kNoSlope ? slope2 : Fill(1.0f)) * h2);
+    const F within = Max(w * 0.5f - Abs(depth[j]), F{});
+    partial->of[WalkSums::kMissed][j] += within > 0.0f ? area * (within * within / (w * 2.0f)) : F{};
+    partial->is_empty = false;
+  }
+}
+
 void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
   __builtin_memset(sums->of, 0, sizeof sums->of);
   sums->num_near = sums->num_colliding = sums->num_near_blocks = 0;
@@ -421,6 +458,7 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
   const F least = Fill(__builtin_nextafterf(-in.margin, -1e30f));
   alignas(64) std::uint32_t ids[2 * kBatch];
   alignas(64) float depths[kBatch * kBlock];
+  Slopes slopes;
   std::uint32_t near_at[kBatch];
   F shallowest = Fill(-1e30f);
   for (std::uint32_t begin = 0; begin < chunk.num_blocks; begin += kBatch) {
@@ -429,7 +467,7 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
     for (std::uint32_t k = 0; k < 2 * kBatch; ++k) ids[k] = chunk.blocks[begin + (k < left ? k : 0)];
     Windows windows;
     FindWindows(in, ids, count, &windows);
-    FindDepths(in, ids, count, windows, depths);
+    FindDepths(in, ids, count, windows, depths, &slopes);
     std::uint32_t num_near = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       unsigned near = 0;
@@ -458,13 +496,13 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
         deepest[j] = is_deeper ? depth[j] : deepest[j];
         deepest_block[j] = is_deeper ? I{} + static_cast<std::int32_t>(id) : deepest_block[j];
       }
-      if (colliding == 0) continue;
       sums->num_colliding += static_cast<std::uint32_t>(__builtin_popcount(colliding));
       if (id >> kSharedBits != partial.group) {
         Flush(&partial, sums);
         partial.group = id >> kSharedBits;
       }
-      AddBlock(block, depth, &partial);
+      AddMissed(in, block, depth, slopes, near_at[n] * kBlock, &partial);
+      if (colliding != 0) AddBlock(block, depth, &partial);
     }
   }
   Flush(&partial, sums);

@@ -8,20 +8,19 @@ namespace {
 
 class FastMethod : public Method {
  public:
-  FastMethod(Cooked A, Cooked B, double accuracy, bool bounds_distance)
+  FastMethod(Cooked A, Cooked B, const FastGoal& goal, bool bounds_distance)
       : A_(std::move(A)), B_(std::move(B)), bounds_distance_(bounds_distance), scratch_(*B_->samples) {
-    constexpr std::uint32_t kMostPlaces = 200'000;  // some milliseconds: accuracy comes before time here
     pair_.look_ahead_m = 0.0;
-    pair_.accuracy = accuracy;
-    pair_.most_places = kMostPlaces;
-    pair_.negligible_N = 0.0;
+    pair_.accuracy = goal.accuracy;
+    pair_.most_places = goal.most_places;
+    pair_.negligible_N = goal.negligible_N;
     scratch_.walk.memory = &walk_memory_;
     scratch_.memory = &touch_memory_;
   }
 
   Answer Query(const core::Pose& X_AB) override {
     // The world frame is A's.
-    vps::QueryFastPair(vps::FastPairOf(*B_, *A_), X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
+    vps::QueryFastPair(vps::FastPairOf(*B_, *A_, touch_memory_), X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
     const vps::TouchIntegral& touch = scratch_.touch;
     Answer answer;
     answer.signed_distance_m = result_.signed_distance_m;
@@ -52,19 +51,19 @@ class FastMethod : public Method {
 
 }  // namespace
 
-std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, double accuracy) {
-  return std::make_unique<FastMethod>(std::move(A), std::move(B), accuracy, false);
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, const FastGoal& goal) {
+  return std::make_unique<FastMethod>(std::move(A), std::move(B), goal, false);
 }
 
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution, double accuracy) {
+                                                     const Resolution& resolution, const FastGoal& goal) {
   const Resolution resolved = ResolveResolution(A, B, resolution);
   auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kFast});
   if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
   auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kFast});
   if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
   return std::make_unique<FastMethod>(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
-                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), accuracy, true);
+                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), goal, true);
 }
 
 }  // namespace contact

@@ -9,6 +9,7 @@
 #include "core/result.hpp"
 #include "vps/asset/cooked_object.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
+#include "vps/multibody/collision_world.hpp"
 
 namespace contact {
 
@@ -52,14 +53,25 @@ std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bo
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                       const Resolution& resolution);
 
+constexpr double kAccuracy = 0.02;
+
 // Method `fast`: vps::QueryFastPair, the depth integral and its moment to `accuracy`, a share of the integral of depth,
 // with an estimate of the error. When apart, the first overload returns the query's own distance, that of the nearest
 // sample; the second, from meshes, a lower bound of the distance of the surfaces (ApartBound_m). Errors: those of
 // vps::Cook.
-constexpr double kAccuracy = 0.02;
-std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, double accuracy = kAccuracy);
+struct FastGoal {
+  double accuracy = kAccuracy;
+  // vps::PairDescription. Here accuracy comes before time: the places take some milliseconds.
+  double negligible_N = 0.0;
+  std::uint32_t most_places = 200'000;
+};
+// As a pair of a scenario: what no hand feels does not count, and time is limited.
+inline FastGoal AsInScenarios(double accuracy = vps::PairDescription{}.accuracy) {
+  return {accuracy, vps::PairDescription{}.negligible_N, vps::PairDescription{}.most_places};
+}
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, const FastGoal& goal = {});
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution, double accuracy = kAccuracy);
+                                                     const Resolution& resolution, const FastGoal& goal = {});
 
 // The exact answers of vps/oracle: SignedBodyDistance, and IntegrateContactWrench to a relative accuracy.
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,

@@ -113,7 +113,7 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
 core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                           const QueryRequest& request) {
   if (request.method == "oracle") return contact::MakeOracleMethod(A, B);
-  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution, request.accuracy);
+  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution, {request.accuracy});
   return contact::MakePaperMethod(A, B, request.resolution);
 }
 

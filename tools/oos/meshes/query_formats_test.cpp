@@ -110,7 +110,7 @@ TEST(QueryFormats, GiveTheSameAnswer) {
   const std::string poses = (folder / "poses.csv").string();
   std::ofstream(poses) << "0.01,0.005,0.0195,1,0,0,0\n";
   const std::string out = (folder / "out.csv").string();
-  for (const char* method : {"paper", "fast", "surface", "oracle"}) {
+  for (const char* method : {"paper", "fast", "oracle"}) {
     std::string first;
     for (const char* file : {"box.obj", "box.stl", "box.ply", "box.off", "box.glb"}) {
       const std::string mesh = (folder / file).string();
