@@ -59,6 +59,11 @@ double OwnContacts::SetStiffness(std::size_t scenario_pair, double stiffness_N_p
 }
 
 void OwnContacts::ExchangeState(physics::Checkpoint* checkpoint) {
+  for (std::size_t object = 0; object < owned_.world->num_objects(); ++object) {
+    core::Pose X_WO = owned_.world->X_WO(object);
+    checkpoint->Exchange(&X_WO);
+    if (checkpoint->is_reading()) owned_.world->SetPose(object, X_WO);
+  }
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     bool is_active = owned_.world->is_active(i);
     double stiffness_N_per_m = owned_.world->pair(i).stiffness_N_per_m;
@@ -67,9 +72,9 @@ void OwnContacts::ExchangeState(physics::Checkpoint* checkpoint) {
     checkpoint->Exchange(&pairs_[i].empty_sets_left);
     owned_.world->SetActive(i, is_active);
     if (stiffness_N_per_m != owned_.world->pair(i).stiffness_N_per_m) owned_.world->SetStiffness(i, stiffness_N_per_m);
-    auto planes = owned_.world->result(i).planes;
-    checkpoint->Exchange(&planes);
-    if (checkpoint->is_reading()) owned_.world->SetLastPlanes(i, planes);
+    vps::PairMemory memory = owned_.world->Memory(i);
+    checkpoint->Exchange(&memory);
+    if (checkpoint->is_reading()) owned_.world->Continue(i, memory);
   }
 }
 

@@ -38,8 +38,7 @@ class OwnContacts {
   double SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m, const core::Pose& X_WS,
                       const core::Pose& X_WG);
 
-  // Saves or restores the changed parameters and the last planes, on which the next ones depend. All else follows from
-  // the poses.
+  // Saves or restores the changed parameters and what pairs keep from tick to tick.
   void ExchangeState(physics::Checkpoint* checkpoint);
 
  private:

@@ -237,14 +237,30 @@ void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
   if (pair.description.is_active) impl_->schedule.Wake(i);
 }
 
-void CollisionWorld::SetLastPlanes(std::size_t i,
-                                   const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes) {
+PairMemory CollisionWorld::Memory(std::size_t i) const {
+  const PairEntry& pair = impl_->pairs[i];
+  const double free_m = std::max(0.0, impl_->schedule.FreeDistance_m(i));
+  return {pair.result, pair.X_GS, pair.is_current, impl_->phases[i], free_m, pair.touch_memory};
+}
+
+void CollisionWorld::Continue(std::size_t i, const PairMemory& memory) {
   PairEntry& pair = impl_->pairs[i];
-  if (!pair.description.is_active || planes.empty()) return;
-  pair.result.planes = planes;
-  pair.is_current = false;
-  impl_->SetPhase(i, PairState::kNear);
-  impl_->schedule.Wake(i);
+  if (!pair.description.is_active || memory.state == PairState::kInactive) return;
+  pair.result = memory.result;
+  pair.result.cycle = impl_->cycle;
+  pair.X_GS = memory.X_GS;
+  pair.is_current = memory.is_current;
+  pair.touch_memory = memory.touch;
+  impl_->SetPhase(i, memory.state);
+  if (memory.free_m > 0.0) {
+    impl_->schedule.Rest(i, memory.free_m);
+  } else {
+    impl_->schedule.Hold(i);
+  }
+}
+
+const core::Pose& CollisionWorld::X_WO(std::size_t object) const {
+  return impl_->schedule.X_WO(object);
 }
 
 void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {

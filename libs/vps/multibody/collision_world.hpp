@@ -14,6 +14,7 @@
 #include "vps/coupling/god_object.hpp"
 #include "vps/coupling/virtual_coupling.hpp"
 #include "vps/force/penetration_sum.hpp"
+#include "vps/multibody/touch_memory.hpp"
 
 namespace vps {
 
@@ -78,6 +79,16 @@ struct PairResult {
 enum class PairState : std::uint8_t { kInactive, kAsleep, kFar, kNear, kContact };
 constexpr std::size_t kNumPairStates = 5;
 
+// What CollisionWorld keeps of a pair from cycle to cycle.
+struct PairMemory {
+  PairResult result;
+  core::Pose X_GS;          // of the result
+  bool is_current = false;  // the result belongs to this pose and the present description
+  PairState state = PairState::kFar;
+  double free_m = 0.0;  // motion until it has to be tested again; 0: it is tested in every cycle
+  TouchMemory touch;
+};
+
 struct StepReport {
   std::uint32_t pairs_considered = 0;
   std::uint32_t pairs_inactive = 0;   // by state matrix
@@ -109,9 +120,12 @@ class CollisionWorld {
   // look-ahead follows its speed: once, twice or four times the pair's own, so that it holds what the fastest points of
   // both objects cover in the delay and two cycles, if four times do.
   void SetDelay(double delay_cycles);
-  // Planes keep their ids and places from cycle to cycle, so a pair's planes depend on those of its last cycle. A world
-  // that continues another one gets them here: the planes of the other's result(pair).
-  void SetLastPlanes(std::size_t pair, const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes);
+  // A pair's result depends on its last ones: planes keep their ids and places, `fast` what sufficed. A world that
+  // continues another one gets the other's Memory for each pair that is active in both, after its objects have the
+  // poses of the other's last Step. Not of pairs with gaps.
+  [[nodiscard]] PairMemory Memory(std::size_t pair) const;
+  void Continue(std::size_t pair, const PairMemory& memory);
+  [[nodiscard]] const core::Pose& X_WO(std::size_t object) const;
   [[nodiscard]] bool is_active(std::size_t pair) const;
 
   // Budget 0: every due pair is tested. Otherwise the pairs with the oldest results go first; those that run out of

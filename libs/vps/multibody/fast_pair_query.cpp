@@ -163,7 +163,7 @@ struct SampleError {
 SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
   const SampleTree& samples = parts.samples;
   SampleError error;
-  error.by_cells_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m + walk.missed_m3;
+  error.by_cells_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m + kConfidence * walk.missed_m3;
   if (walk.num_colliding == 0) return error;
   const glm::vec3 p_S = PointOf(samples.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock);
   const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(p_S);
@@ -184,10 +184,11 @@ double SurenessOfSamples(double f_m3, double wanted_m3) {
 // Chooses the samples of the next query: coarser ones, if their error is expected to be within the wanted one w as
 // well; finer ones when they do not suffice. The finest before anything touches: they find it.
 //
-// A quarter of the samples misses about four times as much, since that grows with the area of a cell; a little more is
-// allowed for. Where few samples touch it can be far more: what did not suffice is tried again only after a while.
-void ChooseCoarseness(const FastPair& parts, bool is_contact, const SampleError& error, double wanted_m3,
-                      TouchMemory* memory) {
+// A quarter of the samples misses about five times as much: there sum e_i grows with the area of a cell, and
+// sqrt(sum e_i^2) with its area and the root of its side. Planes are made of up to kMaxNearPatches blocks: samples are
+// coarser only where they would still fill those. What did not suffice is tried again only after a while.
+void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool is_contact, const SampleError& error,
+                      double wanted_m3, TouchMemory* memory) {
   constexpr double kMissedByCoarser = 5.0;
   constexpr int kWait = 100;  // queries; not derived: the cost of a wrong choice is small against so many
   if (!is_contact) {
@@ -197,7 +198,8 @@ void ChooseCoarseness(const FastPair& parts, bool is_contact, const SampleError&
     memory->coarseness -= std::min(memory->coarseness, 1U);
   } else if (memory->queries_to_coarser > 0) {
     --memory->queries_to_coarser;
-  } else if (kMissedByCoarser * error.by_cells_m3 + error.by_field_m3 < wanted_m3) {
+  } else if (walk.num_near_blocks >= 4 * kMaxNearPatches &&
+             kMissedByCoarser * error.by_cells_m3 + error.by_field_m3 < wanted_m3) {
     memory->coarseness = std::min(memory->coarseness + 1, parts.coarsest);
   }
 }
@@ -308,7 +310,7 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   scratch->touch = Combine(surface, walk, error.sum_m3(), sureness);
   const TouchIntegral& touch = scratch->touch;
   if (scratch->memory != nullptr) {
-    ChooseCoarseness(parts, touch.is_contact(), error, wanted_of_samples_m3, scratch->memory);
+    ChooseCoarseness(parts, walk, touch.is_contact(), error, wanted_of_samples_m3, scratch->memory);
   }
   const double wanted_m3 = std::max(goal.negligible_m3, goal.accuracy * touch.volume_m3);
   scratch->is_cut_short |= !surface.is_accurate && touch.error_m3 > wanted_m3;

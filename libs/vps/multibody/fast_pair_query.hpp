@@ -26,18 +26,6 @@ struct FastPair {
   std::uint32_t coarsest = 0;  // that S's samples can be (CookedObject::coarser)
 };
 
-// Of a pair from query to query.
-struct TouchMemory {
-  std::uint32_t coarseness = 0;  // of the samples that suffice (CookedObject::SamplesAt)
-  int queries_to_coarser = 0;    // before coarser ones are tried again
-  SurfaceMemory touch;
-  // While nothing touches: no place of S has to be read before one has moved by apart_m since the pose X_GS.
-  SurfaceMemory apart;  // of the queries that prove it
-  core::Pose X_GS;
-  double apart_m = 0.0;
-  double offset_m = 1e9;  // to be tried next
-  int queries_to_wait = 0;
-};
 FastPair FastPairOf(const CookedObject& S, const CookedObject& G, const TouchMemory& memory = {});
 
 // The penalty integral over S's surface inside G before AreaScale, about S's mesh origin, in S.

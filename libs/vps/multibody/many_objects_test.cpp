@@ -103,7 +103,7 @@ TEST(HeavyPair, IsSharedAmongWorkersWithoutChangingABit) {
   description.objects = {
       {std::make_shared<const CookedObject>(*Cook(MakeBlockWithHole(0.03, 0.03, 0.01005, 96), field)), {}},
       {std::make_shared<const CookedObject>(*Cook(MakeCylinder(0.01, 0.03, 96), samples)), {}}};
-  description.pairs = {{.sampled = 1, .field = 0}};
+  description.pairs = {{.sampled = 1, .field = 0, .accuracy = 0.01}};
   const auto one = *CollisionWorld::Create(description);
   const auto other = *CollisionWorld::Create(description);
   core::SerialFor serial;

@@ -8,6 +8,7 @@
 #include "vps/force/reduce_patches.hpp"
 #include "vps/surface/field_bends.hpp"
 #include "vps/surface/patch_block.hpp"
+#include "vps/surface/surface_memory.hpp"
 #include "vps/surface/surface_tree.hpp"
 #include "vps/walk/field_walk.hpp"
 
@@ -23,13 +24,6 @@ struct SurfaceGoal {
   double negligible_m3 = 0.0;           // an error that does not count whatever the accuracy
   std::uint64_t most_places = 200'000;  // of the field, that may be read
   double offset_m = 0.0;                // as if G were larger by that on all sides
-};
-
-// Of a pair from one query to the next: the threshold that sufficed. Starting with it, one pass suffices while the
-// contact changes little. The result then depends on the queries before, within the accuracy.
-struct SurfaceMemory {
-  double threshold_m3 = 0.0;  // 0: none
-  double wanted_m3 = 0.0;
 };
 
 // The contact wrench of S's surface in the field of G to a wanted accuracy, with an estimate of its error.

@@ -258,7 +258,7 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
     return result;
   }
   result.deepest_m = static_cast<double>(deepest) * s;
-  result.missed_m3 = s * SumOf(sums[WalkSums::kMissed]);
+  result.missed_m3 = s * std::sqrt(SumOf(sums[WalkSums::kMissed]) * std::sqrt(SumOf(sums[WalkSums::kMissedSquared])));
   if (result.num_colliding == 0) return result;
   result.force_m3 = s * glm::dvec3(SumOf(sums[WalkSums::kFx]), SumOf(sums[WalkSums::kFy]), SumOf(sums[WalkSums::kFz]));
   result.moment_m4 = s * glm::dvec3(SumOf(sums[WalkSums::kMx]), SumOf(sums[WalkSums::kMy]), SumOf(sums[WalkSums::kMz]));

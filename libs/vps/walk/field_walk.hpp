@@ -93,9 +93,12 @@ struct FieldWalkResult {
   glm::dvec3 moment_m4{0.0};
   double volume_m3 = 0.0;  // integral of the depth
   double square_m4 = 0.0;  // integral of its square
-  // What the samples may miss of the integral of the depth: max(d, 0) at a sample is less than the mean over a cell
-  // that the zero level cuts. Estimated by how steeply the depth changes along the surface (AddMissed in
-  // walk_points.hpp).
+  // Standard deviation of what the samples miss of the integral of the depth. max(d, 0) at a sample is less than the
+  // mean over a cell that the zero level cuts, by e_i (AddMissed in walk_points.hpp). If all e_i had the same sign, the
+  // samples would miss their sum; if each had its own, the root of the sum of their squares. Neighbours along the
+  // border of a contact lie alike for a while: what is missed is between the two, and taken as their geometric mean,
+  //
+  //   sqrt(sum e_i sqrt(sum e_i^2)).
   double missed_m3 = 0.0;
   double deepest_m = -1e30;           // of the near points: penetration, negative when apart
   std::uint32_t deepest_point = 0;    // block * 16 + lane

@@ -39,9 +39,10 @@ struct WalkInput {
 // Sums of one chunk of blocks: sixteen lanes each, whatever the width of the registers, so that every instruction set
 // adds in the same order.
 struct alignas(64) WalkSums {
-  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kMissed, kNumSums };
-  double of[kNumSums][kBlock];  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2, voxels * m^2
-  float depth[kBlock];          // deepest of each lane, voxels
+  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kMissed, kMissedSquared, kNumSums };
+  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2, voxels * m^2, voxels^2 * m^4
+  double of[kNumSums][kBlock];
+  float depth[kBlock];  // deepest of each lane, voxels
   std::uint32_t depth_block[kBlock];
   float free_distance;  // least distance of the points tested, voxels
   std::uint32_t num_near, num_colliding, num_near_blocks;

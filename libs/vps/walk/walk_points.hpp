@@ -437,7 +437,9 @@ inline void AddMissed(const WalkInput& in, const PointBlock& block, const F* dep
     const F slope2 = Min(Max(Dot(g, g) - along * along, F{}) * (kGradientScale * kGradientScale), Fill(1.0f));
     const F w = Sqrt((g.x < kNoSlope ? slope2 : Fill(1.0f)) * h2);
     const F within = Max(w * 0.5f - Abs(depth[j]), F{});
-    partial->of[WalkSums::kMissed][j] += within > 0.0f ? area * (within * within / (w * 2.0f)) : F{};
+    const F missed = within > 0.0f ? area * (within * within / (w * 2.0f)) : F{};
+    partial->of[WalkSums::kMissed][j] += missed;
+    partial->of[WalkSums::kMissedSquared][j] = Fma(missed, missed, partial->of[WalkSums::kMissedSquared][j]);
     partial->is_empty = false;
   }
 }

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace vps {
+
+// Of a pair from one query to the next: the threshold that sufficed. Starting with it, one pass suffices while the
+// contact changes little. The result then depends on the queries before, within the accuracy.
+struct SurfaceMemory {
+  double threshold_m3 = 0.0;  // 0: none
+  double wanted_m3 = 0.0;
+};
+
+}  // namespace vps
