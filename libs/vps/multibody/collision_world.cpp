@@ -382,7 +382,8 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   const PairDescription d = DescriptionNow(pair);
   const CookedObject& S = *objects[d.sampled];
   const CookedObject& G = *objects[d.field];
-  const FastPair parts{pair.TreeOf(S), *S.surface, *G.field, *G.bends, static_cast<std::uint32_t>(S.coarser.size())};
+  const FastPair parts = pair.touch != nullptr ? FastPair{pair.touch->tree, *S.surface, *G.field, *G.bends}
+                                               : FastPairOf(S, G, pair.touch_memory);
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   FastPairScratch* const memory = &fast_scratch[slot];
   memory->found = FinishWalk(&memory->walk);

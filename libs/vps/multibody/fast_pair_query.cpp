@@ -151,6 +151,11 @@ float FieldErrorAt(const FastPair& parts, const glm::vec3& p, float depth) {
   return kMeanOfInnerError * InnerErrorAt(parts.bends, parts.field, p);
 }
 
+// An error that no hand feels: where the least area carries, the force is stiffness * integral / (rho * area).
+double Negligible_m3(const FastPair& parts, const PairDescription& pair, double rho) {
+  return pair.negligible_N * rho * parts.samples.area_m2 / std::max(pair.stiffness_N_per_m, 1e-9);
+}
+
 // The error of the samples' estimate: by_cells, what they miss at the border of the contact, and what fits between
 // them: the area of one times a quarter of its radius (not derived); by_field, the field's mean error at the deepest of
 // them over the area that touches.
@@ -181,8 +186,13 @@ double SurenessOfSamples(double f_m3, double wanted_m3) {
   return std::clamp(2.0 - f_m3 / wanted_m3, 0.0, 1.0);
 }
 
-// Chooses the samples of the next query: coarser ones, if their error is expected to be within the wanted one w as
-// well; finer ones when they do not suffice. The finest before anything touches: they find it.
+// The error that the samples' estimate may have.
+double WantedOfSamples_m3(const FastPair& parts, const PairDescription& pair, double rho, const FieldWalkResult& walk) {
+  return std::max(Negligible_m3(parts, pair, rho), pair.accuracy * walk.volume_m3);
+}
+
+// Chooses the samples of the next query: coarser ones, if their error is expected to be within the wanted one as well.
+// The finest before anything touches: they find it.
 //
 // A quarter of the samples misses about five times as much: there sum e_i grows with the area of a cell, and
 // sqrt(sum e_i^2) with its area and the root of its side. Planes are made of up to kMaxNearPatches blocks: samples are
@@ -190,18 +200,20 @@ double SurenessOfSamples(double f_m3, double wanted_m3) {
 void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool is_contact, const SampleError& error,
                       double wanted_m3, TouchMemory* memory) {
   constexpr double kMissedByCoarser = 5.0;
-  constexpr int kWait = 100;  // queries; not derived: the cost of a wrong choice is small against so many
-  if (!is_contact) {
-    memory->coarseness = 0;
-  } else if (error.sum_m3() > wanted_m3) {
-    if (memory->coarseness > 0) memory->queries_to_coarser = kWait;
-    memory->coarseness -= std::min(memory->coarseness, 1U);
-  } else if (memory->queries_to_coarser > 0) {
+  memory->coarseness = is_contact ? parts.coarseness : 0;
+  if (memory->queries_to_coarser > 0) {
     --memory->queries_to_coarser;
-  } else if (walk.num_near_blocks >= 4 * kMaxNearPatches &&
+  } else if (is_contact && parts.sampled != nullptr && walk.num_near_blocks >= 4 * kMaxNearPatches &&
              kMissedByCoarser * error.by_cells_m3 + error.by_field_m3 < wanted_m3) {
-    memory->coarseness = std::min(memory->coarseness + 1, parts.coarsest);
+    const auto coarsest = static_cast<std::uint32_t>(parts.sampled->coarser.size());
+    memory->coarseness = std::min(parts.coarseness + 1, coarsest);
   }
+}
+
+// Where coarser samples do not suffice: the same with finer ones, at once.
+FastPair Finer(const FastPair& parts) {
+  const std::uint32_t coarseness = parts.coarseness - 1;
+  return {parts.sampled->SamplesAt(coarseness), parts.surface, parts.field, parts.bends, parts.sampled, coarseness};
 }
 
 // Two estimates of the same integral, of the surface and of its samples, with errors e and f: weighted by the inverse
@@ -255,7 +267,7 @@ Deepest DeeperOf(const FastPair& parts, const core::Pose& X_GS, const SurfaceWal
 }  // namespace
 
 FastPair FastPairOf(const CookedObject& S, const CookedObject& G, const TouchMemory& memory) {
-  return {S.SamplesAt(memory.coarseness), *S.surface, *G.field, *G.bends, static_cast<std::uint32_t>(S.coarser.size())};
+  return {S.SamplesAt(memory.coarseness), *S.surface, *G.field, *G.bends, &S, memory.coarseness};
 }
 
 double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
@@ -292,15 +304,14 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const FieldWalkResult& walk = scratch->found;
   SurfaceGoal goal;
   goal.accuracy = pair.accuracy;
-  // Where the least area carries, the force is stiffness * integral / (rho * area).
-  goal.negligible_m3 = pair.negligible_N * rho * area_m2 / std::max(pair.stiffness_N_per_m, 1e-9);
+  goal.negligible_m3 = Negligible_m3(parts, pair, rho);
   goal.most_places = pair.most_places;
   if (scratch->most_points != 0) {
     const std::uint32_t left = scratch->most_points - std::min(scratch->most_points, walk.points_tested);
     goal.most_places = std::clamp(left / kPointsOfPlace, std::min(kLeastPlaces, pair.most_places), pair.most_places);
   }
   const SampleError error = ErrorOfSamples(parts, X_GS, walk);
-  const double wanted_of_samples_m3 = std::max(goal.negligible_m3, goal.accuracy * walk.volume_m3);
+  const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
   const double sureness = SurenessOfSamples(error.sum_m3(), wanted_of_samples_m3);
   const SurfaceWalk::Result& surface =
       sureness < 1.0 ? RunTouch(parts, X_GS, goal, scratch) : scratch->surface.ClearResult();
@@ -327,6 +338,14 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
   if (walk.num_near == 0) {
     return SetApart(walk.free_distance_m, WalkMargin_m(parts.samples, pair.look_ahead_m), parts.samples, scratch,
                     result);
+  }
+  if (parts.coarseness > 0 && ErrorOfSamples(parts, X_GS, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
+    constexpr int kQueriesToCoarser = 20;  // not derived: a wrong choice costs a quarter of a walk
+    if (scratch->memory != nullptr) scratch->memory->queries_to_coarser = kQueriesToCoarser;
+    const FastPair finer = Finer(parts);
+    const double margin_m = WalkMargin_m(finer.samples, pair.look_ahead_m);
+    scratch->found = WalkField(finer.samples, finer.field, X_GS, margin_m, &scratch->walk);
+    return FinishFastPair(finer, X_WS, X_GS, pair, rho, scratch, result);
   }
   IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);
   const TouchIntegral& touch = scratch->touch;

@@ -23,7 +23,9 @@ struct FastPair {
   const SurfaceTree& surface;
   const DistanceField& field;
   const FieldBends& bends;
-  std::uint32_t coarsest = 0;  // that S's samples can be (CookedObject::coarser)
+  // Of `samples`: CookedObject::SamplesAt of S. Null: there are no others.
+  const CookedObject* sampled = nullptr;
+  std::uint32_t coarseness = 0;
 };
 
 FastPair FastPairOf(const CookedObject& S, const CookedObject& G, const TouchMemory& memory = {});

@@ -235,9 +235,9 @@ TEST(FieldWalk, ForceOfABallInAPlateIsTheVolumeOfItsCap) {
   }
 }
 
-// The same ball at random places and depths. What the samples miss is within four standard deviations of what they tell,
-// although here, where the border is a circle in a plane, neighbours lie alike all around; and it is no empty bound: with
-// four times as many it is a fifth.
+// The same ball at random places and depths. What the samples miss is within four standard deviations of what they
+// tell, although here, where the border is a circle in a plane, neighbours lie alike all around; and it is no empty
+// bound: with four times as many it is a fifth.
 TEST(FieldWalk, WhatSamplesMissIsWithinWhatTheyTell) {
   const DistanceField plate = *BuildField(MakeBox({0.1, 0.1, 0.04}), 0.0005);
   constexpr double kRadius = 0.02;
