@@ -50,7 +50,7 @@ TABLES = {
 # Runs of each column, in turn: a machine whose load changes changes it for all of them. A cell is their median.
 TABLES["pictures"] = [("module_replacement", ["--headless"], ["with pictures"]),
                       ("module_replacement", ["--headless", "--without", "visual_node"], ["without pictures"])]
-ROUNDS = {"pictures": int(os.environ.get("VR_OOS_ROUNDS", "5"))}
+ROUNDS = {"pictures": int(os.environ.get("VR_OOS_ROUNDS", "5")), "lockstep": 3}
 
 # By functions of their own, which return their rows.
 REPLAY_S, REPLAY_FROM_S = 25, 20
