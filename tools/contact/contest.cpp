@@ -91,9 +91,7 @@ Contender Own(const char* method, const char* setting, const char* mark, double 
     const auto B = structures.Get({true, kind, 0.0, num_points});
     if (!B) return tl::unexpected(B.error());
     if (kind == vps::Method::kPaper) return MakePaperMethod(*A, *B, SurfaceArea(parts.B), true);
-    FastGoal goal = AsInScenarios(accuracy);
-    if (accuracy == kAccuracy) goal.negligible_N = 0.0;
-    return MakeFastMethod(*A, *B, goal);
+    return MakeFastMethod(*A, *B, InContests(accuracy));
   };
   return c;
 }

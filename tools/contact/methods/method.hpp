@@ -69,6 +69,12 @@ struct FastGoal {
 inline FastGoal AsInScenarios(double accuracy = vps::PairDescription{}.accuracy) {
   return {accuracy, vps::PairDescription{}.negligible_N, vps::PairDescription{}.most_places};
 }
+// The same time; at 2 %, which scenarios do not ask for by themselves, every error counts.
+inline FastGoal InContests(double accuracy) {
+  FastGoal goal = AsInScenarios(accuracy);
+  if (accuracy == kAccuracy) goal.negligible_N = 0.0;
+  return goal;
+}
 std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, const FastGoal& goal = {});
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                      const Resolution& resolution, const FastGoal& goal = {});
