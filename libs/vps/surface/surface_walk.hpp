@@ -14,8 +14,8 @@
 
 namespace vps {
 
-// Estimates of errors are that many standard deviations. Measured on the training families: 99 of 100 contacts are
-// within such an estimate (study_held_out).
+// Estimates of errors are that many standard deviations. How many contacts are within them: docs/performance/vps.md,
+// what an accuracy costs.
 constexpr double kConfidence = 2.0;
 
 // What a query has to be good for.
