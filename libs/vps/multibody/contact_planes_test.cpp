@@ -57,7 +57,7 @@ TEST(ContactPlanes, KeepTheWrenchWithinOnePercent) {
       EXPECT_LT(glm::length(planes.force_N - result.F_So_W.force_N), 0.01 * force) << c.name;
       EXPECT_LT(glm::length(planes.torque_Nm - result.F_So_W.torque_Nm), 0.01 * force * 0.25 * size_m) << c.name;
     }
-    EXPECT_GT(num_touching, 5) << c.name;
+    EXPECT_GE(num_touching, 5) << c.name;
   }
 }
 

@@ -153,6 +153,7 @@ void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers,
 
 // FieldBends::inner_errors of a brick.
 float InnerError(const DistanceField& field, const glm::ivec3& brick) {
+  constexpr float kJustBeyond = 0.501f;  // of the way from centre to centre
   const int edge = 1 << field.coarse_shift;
   float sum = 0.0f;
   int count = 0;
@@ -163,10 +164,9 @@ float InnerError(const DistanceField& field, const glm::ivec3& brick) {
       for (const int side : {-edge, edge}) {
         glm::vec3 to(0.0f);
         to[axis] = static_cast<float>(side);
-        const FieldSample next = SampleField(field, centre + to);
-        if (next.cell == 1.0f) continue;
-        const float from_here = at.distance + 0.5f * glm::dot(at.gradient, to);
-        const float from_there = next.distance - 0.5f * glm::dot(next.gradient, to);
+        const FieldSample next = SampleField(field, centre + kJustBeyond * to);
+        const float from_here = at.distance + kJustBeyond * glm::dot(at.gradient, to);
+        const float from_there = next.distance;
         sum += (from_here - from_there) * (from_here - from_there);
         ++count;
       }

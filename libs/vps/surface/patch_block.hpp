@@ -61,7 +61,8 @@ struct alignas(64) PatchSums {
 // FieldBends' second derivatives at the length h: a sixteen-bit number times kBendStep / h; |H| <= 2 / h, since
 // distances are 1-Lipschitz. Its bound: twice that step.
 constexpr float kBendStep = 2.0f / 32767.0f;
-constexpr float kLeastBendLength = 2.0f;  // voxels; not derived: below it the field is one plane
+// Voxels; not derived: below it the field is one plane, and over a flat patch the depth is greatest at a corner.
+constexpr float kLeastBendLength = 2.0f;
 constexpr int kMostBendLevels = 8;
 
 // The factors of the estimate, each on a term that README.md derives; chosen on the training workloads of
@@ -72,9 +73,6 @@ constexpr float kUnseenBend = 0.1f;    // of FieldBends' bound, where a parent's
 constexpr float kUnsure = 0.2f;        // of the correction for the mean bend
 constexpr float kStraddling = 0.05f;   // of a node that the surface cuts: error over area times reach
 constexpr float kCurved = 1.0f;        // the same, times 1 - |A| / a, the spread of its normals
-// In a flat patch smaller than this the depth is greatest at a corner. In a larger one it may vary otherwise, towards
-// another part of G: then only the radius bounds it. Voxels; not derived.
-constexpr float kEvenReach = 4.0f;
 // SurfaceErrorAt is the larger of the r.m.s. error and six times the mean (ComputeBrickTraits).
 constexpr float kMeanOfFieldError = 1.0f / 6.0f;
 // Half a step of a word's distance, voxels: where a brick's error was rounded to less.
@@ -100,6 +98,7 @@ struct PatchInput {
   const std::uint32_t* brick_errors;  // floats, voxels
   const std::uint32_t* inner_errors;  // the same
   float threshold_m3;                 // a patch with a larger share is opened
+  float most_field_error_m;           // in the mean over a patch: with a larger one it is read by triangles
   float per_deviation;                // 1 / standard deviation of the whole force that is expected
   float least_radius_m;               // smaller ones are not opened
   float offset_m;                     // added to all depths

@@ -301,8 +301,10 @@ inline PatchIntegral IntegratePatches(const PatchBlock& b, int at, F d, const Ve
   const Vec3 Nx = N(0);
   const Vec3 Ny = N(1);
   const Vec3 Nz = N(2);
-  const Vec3 Ng{Fma(Nx.x, g.x, Fma(Ny.x, g.y, Nz.x * g.z)), Fma(Nx.y, g.x, Fma(Ny.y, g.y, Nz.y * g.z)),
-                Fma(Nx.z, g.x, Fma(Ny.z, g.y, Nz.z * g.z))};
+  // With all of the slope: N n is 0 of what bends evenly, where K and H count instead, but not where faces meet.
+  const Vec3 Ng{Fma(Nx.x, slope.x, Fma(Ny.x, slope.y, Nz.x * slope.z)),
+                Fma(Nx.y, slope.x, Fma(Ny.y, slope.y, Nz.y * slope.z)),
+                Fma(Nx.z, slope.x, Fma(Ny.z, slope.y, Nz.z * slope.z))};
   out.force = {Fma(A.x, out.mean, share * Ng.x), Fma(A.y, out.mean, share * Ng.y), Fma(A.z, out.mean, share * Ng.z)};
   // Of n times the first moment of the depth.
   const F per_length = share / Max(Length(A), Fill(1e-30f));
@@ -397,7 +399,7 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const Vec3 A{LoadF(b->node[kAreaVectorRow] + at), LoadF(b->node[kAreaVectorRow + 1] + at),
                  LoadF(b->node[kAreaVectorRow + 2] + at)};
     const I is_flat = LoadF(b->node[kIsFlatRow] + at) > 0.5f;
-    const I is_small = (I)(reach < kEvenReach);
+    const I is_small = (I)(reach < kLeastBendLength);
     const F by_model = is_flat & is_small ? integral.most - depth : model.reach;
     const F bent_to_rim = bend.has ? 0.5f * bend.least * radius * radius : radius;
     const F cut = Max(Min(is_small ? by_model : by_model + bent_to_rim, radius), Fill(1e-12f));
@@ -412,11 +414,16 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const F curved = Max(1.0f - Length(A) * per_area, F{});
     const F by_cut = is_flat ? F{} : Fma(Fill(kCurved), curved, Fill(kStraddling)) * cut * near_cut * near_cut;
     variance_m2 = Fma(by_cut, by_cut, variance_m2);
-    // The field's own error: its mean is of one sign, the rest is drawn anew in each voxel.
+    // The field's own error: its mean is of one sign, the rest is drawn anew in each voxel. Deep inside, that of coarse
+    // cells.
+    F field_error{};  // in the mean
     F field_share{};
     const F area_per_deviation = area * in.per_deviation;
     if (!b->is_exact) {
-      const F field_bias = kMeanOfFieldError * known * inside_area;
+      const I is_deep = depth > kDeepestExact * voxel_m;
+      const F inner = is_deep ? (F)Gather(in.inner_errors, brick) * voxel_m : F{};
+      field_error = Fma(Fill(kMeanOfFieldError), known, kMeanOfInnerError * inner);
+      const F field_bias = field_error * inside_area;
       const F field_variance_m2 = known * known * inside * (voxel_m * voxel_m * per_area);
       bias += field_bias;
       variance_m2 += field_variance_m2;
@@ -426,11 +433,14 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const F deviation = area * Sqrt(variance_m2);
 
     const I is_part = area > 0.0f;
-    const I opens = is_part & (I)(radius > in.least_radius_m) & (I)(share > in.threshold_m3);
+    const I touches = is_part & (I)(integral.mean > 0.0f);
+    const I is_large = is_part & (I)(radius > in.least_radius_m) & (I)(share > in.threshold_m3);
+    const I is_rough = touches & ~is_large & (I)(field_error > in.most_field_error_m);
+    const I opens = is_large | is_rough;
     const I is_kept = is_part & ~opens;
     b->open |= Bits(opens) << at;
-    b->read_exactly |= Bits(opens & (I)(field_share > 0.5f * share)) << at;
-    b->touches |= Bits(is_part & (I)(integral.mean > 0.0f)) << at;
+    b->read_exactly |= Bits(is_rough | (is_large & (I)(field_share > 0.5f * share))) << at;
+    b->touches |= Bits(touches) << at;
 
     for (int i = 0; i < 6; ++i) StoreF(b->bend[i] + at, bend.mean.of[i]);
     const F* const force[3] = {&integral.force.x, &integral.force.y, &integral.force.z};
@@ -452,11 +462,9 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     AddTo(sums->of[PatchSums::kVolume], is_kept ? volume : zero, at);
     AddTo(sums->of[PatchSums::kSquare], is_kept ? square : zero, at);
     AddTo(sums->of[PatchSums::kBias], is_kept ? bias : zero, at);
-    // Of an exact depth its rounding stays, deep inside the error of coarse cells.
-    const I is_deep = depth > kDeepestExact * voxel_m;
-    const F inner = is_deep ? kMeanOfInnerError * (F)Gather(in.inner_errors, brick) : F{};
-    const F lasting = voxel_m * (kRounding + inner) * inside_area;
-    AddTo(sums->of[PatchSums::kLasting], is_kept & (I)(integral.mean > 0.0f) ? lasting : zero, at);
+    // Of an exact depth its rounding stays.
+    const F lasting = voxel_m * kRounding * inside_area;
+    AddTo(sums->of[PatchSums::kLasting], is_kept & touches ? lasting : zero, at);
     AddSquaresTo(sums->of[PatchSums::kVariance], is_kept ? deviation : zero, at);
   }
 }

@@ -7,6 +7,7 @@ namespace vps {
 struct SurfaceMemory {
   double threshold_m3 = 0.0;  // 0: none
   double wanted_m3 = 0.0;
+  double carrying_m2 = 0.0;  // the area that carries
 };
 
 }  // namespace vps

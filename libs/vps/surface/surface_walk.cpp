@@ -32,6 +32,9 @@ constexpr double kDeviationShare = 0.5;  // of the wanted error, for its random 
 // Exact depths of groups within this radius are found together, voxels. Not derived: wider groups are near more facets.
 constexpr float kWidestGroup = 3.0f;
 constexpr double kReachOfTriangles = 3.0;
+// Of time, a search of the triangle that is nearest to one place takes as much as so many places of the field.
+// Measured.
+constexpr std::uint64_t kPlacesOfSearch = 32;
 
 bool IsCompact(const PatchBlock& block, float radius_m) {
   const auto place = [&](int k) {
@@ -42,6 +45,12 @@ bool IsCompact(const PatchBlock& block, float radius_m) {
     if (glm::dot(from, from) > radius_m * radius_m) return false;
   }
   return true;
+}
+
+std::uint64_t CountDeep(const PatchBlock& block, float depth_m) {
+  std::uint64_t count = 0;
+  for (int k = 0; k < kPatchLanes; ++k) count += block.node[kAreaRow][k] > 0.0f && block.depth[k] > depth_m ? 1 : 0;
+  return count;
 }
 
 }  // namespace
@@ -190,6 +199,25 @@ void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane)
   to.deviation = block.deviation[lane];
 }
 
+float SurfaceWalk::deepest_exact_m() const {
+  return in_.offset_m + kDeepestExact * static_cast<float>(G_->voxel_size_m);
+}
+
+// False: no places are left for the search that a place so deep takes.
+bool SurfaceWalk::TakeSearch(float depth_m) {
+  if (depth_m <= deepest_exact_m()) return true;
+  if (result_.places_read + kPlacesOfSearch > most_places_) return false;
+  result_.places_read += kPlacesOfSearch;
+  return true;
+}
+
+// Of the parts of `now_`.
+std::uint64_t SurfaceWalk::CountPlaces() const {
+  std::uint64_t count = now_.by_field.size() + now_.by_triangles.size();
+  for (const Opened& o : now_.by_triangles) count += o.model[kModelDepth] > deepest_exact_m() ? kPlacesOfSearch : 0;
+  return kFamilySize * count;
+}
+
 // The same patch, to be judged anew with its exact depth.
 void SurfaceWalk::PutAgain(const PatchBlock& block, const Origins& origins, int lane) {
   if (num_again_ == kPatchLanes) ReadAgain();
@@ -232,7 +260,7 @@ void SurfaceWalk::ReadExactDepths() {
   std::array<std::size_t, kExactAtOnce> groups{};
   for (std::size_t i = 0; i < count; ++i) {
     PatchBlock& block = exact_[i];
-    if (!IsCompact(block, kWidestGroup * voxel_m)) {
+    if (!IsCompact(block, kWidestGroup * voxel_m) || CountDeep(block, deepest_exact_m()) > 0) {
       ReadOneByOne(&block);
       continue;
     }
@@ -264,9 +292,12 @@ void SurfaceWalk::SetSlope(const glm::vec3& gradient, int lane, PatchBlock* bloc
   }
 }
 
-// The gradient of the distance is the direction from the nearest place; on a face, the triangle's normal.
+// The gradient of the distance is the direction from the nearest place; on a face, the triangle's normal. Deep inside
+// the distance is off by at most sqrt(3) edges of a coarse cell: it and the cell's plane both fall by no more than the
+// way from the cell's centre, half a diagonal.
 void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
   const auto voxel_m = static_cast<float>(G_->voxel_size_m);
+  const double coarse = std::sqrt(3.0) * (1 << G_->coarse_shift);
   for (int k = 0; k < kPatchLanes; ++k) {
     if (!(block->node[kAreaRow][k] > 0.0f)) continue;
     glm::dvec3 p;
@@ -276,7 +307,10 @@ void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
         p[i] += static_cast<double>(in_.field.m[i][j]) * static_cast<double>(block->node[kCentreRow + j][k]);
       }
     }
-    const NearestFacet nearest = FindNearestFacet(G_->triangles(), p, kReachOfTriangles);
+    const double depth = static_cast<double>(block->depth[k] - in_.offset_m) / G_->voxel_size_m;
+    const bool is_deep = depth > static_cast<double>(kDeepestExact);
+    const double reach = is_deep ? depth + coarse : kReachOfTriangles;
+    const NearestFacet nearest = FindNearestFacet(G_->triangles(), p, reach);
     if (!nearest.is_found) continue;
     const glm::dvec3 away = p - nearest.place;
     const double distance = glm::length(away);
@@ -299,7 +333,7 @@ void SurfaceWalk::Judge(PatchBlock* block, const Origins& origins) {
   AddParts(*block);
   for (unsigned lanes = block->open; lanes != 0; lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
-    if ((block->read_exactly >> lane & 1U) != 0) {
+    if ((block->read_exactly >> lane & 1U) != 0 && TakeSearch(block->depth[lane])) {
       PutAgain(*block, origins, lane);
     } else {
       Put(*block, origins, lane);
@@ -325,7 +359,7 @@ void SurfaceWalk::ReadByTriangles(const std::vector<Opened>& opened) {
     PatchBlock& block = exact_[num_exact_];
     FillParts(&opened[i], std::min(kFamilies, opened.size() - i), true, &block, &exact_origins_[num_exact_]);
     kernels_.read(in_, &block);
-    result_.places_read += kPatchLanes;
+    result_.places_read += kPatchLanes + kPlacesOfSearch * CountDeep(block, deepest_exact_m());
     if (++num_exact_ == kExactAtOnce) ReadExactDepths();
   }
 }
@@ -384,8 +418,7 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
     std::swap(now_, next_);
     next_.by_field.clear();
     next_.by_triangles.clear();
-    const std::size_t num_parts = kFamilySize * (now_.by_field.size() + now_.by_triangles.size());
-    if (result_.places_read + num_parts > most_places_) {
+    if (result_.places_read + CountPlaces() > most_places_) {
       KeepUnopened(now_.by_field);
       KeepUnopened(now_.by_triangles);
       is_whole = false;
@@ -508,19 +541,24 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   // First as if all of S were a voxel deep.
   double wanted_m3 = goal.accuracy * S.area_m2 * G.voxel_size_m;
   double threshold_m3 = wanted_m3 / kConfidence;
+  double carrying_m2 = 0.0;
   if (memory != nullptr && memory->threshold_m3 > 0.0) {
     wanted_m3 = memory->wanted_m3;
     threshold_m3 = memory->threshold_m3;
+    carrying_m2 = memory->carrying_m2;
   }
   bool has_whole = false;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::uint64_t before = result_.places_read;
+    // The field may take half of what is wanted.
+    in_.most_field_error_m = static_cast<float>(0.5 * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
     if (!Pass(threshold_m3, kDeviationShare * wanted_m3 / kConfidence)) {
       threshold_m3 *= kLooser;
       if (has_whole) TakeLastWhole();
       break;
     }
     wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
+    carrying_m2 = result_.volume_m3 * result_.volume_m3 / std::max(result_.square_m4, 1e-300);
     // What opening can reach; where more than half of what is wanted stays whatever is opened, it is not worth while.
     const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, 0.5 * wanted_m3);
     const double factor = reachable_m3 / std::max(result_.error_m3, 1e-300);
@@ -537,7 +575,7 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
     // square.
     threshold_m3 *= std::clamp(0.8 * factor * factor, kLeastStep, kMostStep);
   }
-  if (memory != nullptr) *memory = {threshold_m3, wanted_m3};
+  if (memory != nullptr) *memory = {threshold_m3, wanted_m3, carrying_m2};
   // No opening makes that smaller.
   result_.error_m3 += lasting_m3_;
   result_.is_accurate = result_.error_m3 <= wanted_m3;

@@ -109,6 +109,9 @@ class SurfaceWalk {
   void SetSlope(const glm::vec3& gradient, int lane, PatchBlock* block) const;
   void Judge(PatchBlock* block, const Origins& origins);
   void Put(const PatchBlock& block, const Origins& origins, int lane);
+  [[nodiscard]] float deepest_exact_m() const;
+  bool TakeSearch(float depth_m);
+  [[nodiscard]] std::uint64_t CountPlaces() const;
   void PutAgain(const PatchBlock& block, const Origins& origins, int lane);
   void KeepUnopened(const std::vector<Opened>& opened);
 
