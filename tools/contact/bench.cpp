@@ -75,7 +75,7 @@ void MeasureParts(const PartsAndWorkloads& made, const std::vector<Contender>& c
 core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   if (const auto made = bench::MakePlotFolder(options.plot); !made) return made;
   std::vector<std::string> known = PartsNames();
-  known.insert(known.end(), {"heldout", "slide", "scene", "reads", "build"});
+  known.insert(known.end(), {"heldout", "scenes", "slide", "scene", "reads", "build"});
   const auto only = bench::ReadNames(options.only, known);
   if (!only) return tl::unexpected(only.error());
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -109,6 +109,10 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   if (is_wanted("heldout")) {
     print_progress("heldout");
     StudyHeldOut(contenders, options.places, &report);
+  }
+  if (is_wanted("scenes")) {
+    print_progress("scenes");
+    StudyScenePairs(options.places, &report);
   }
   const std::vector<std::pair<const char*, void (*)(Report*)>> studies = {
       {"slide", StudySlide}, {"scene", StudyScene}, {"reads", StudyReads}};

@@ -56,11 +56,15 @@ void StudyReads(Report* report);
 void ReportWrenches(const std::vector<Measurement>& all, Report* report);
 
 // Errors and times on the families of vps/testing/wrench_cases, training and held-out sets apart, against
-// ReferenceWrench: every contender at the middle resolution and with a quarter of its points, and method `surface` at
-// several accuracies, with how often its error is within its own estimate. The voxel size is the one that
-// ResolveResolution chooses. A contact that is not noticed counts with its whole force. Takes some minutes, most of
-// them for the references.
+// ReferenceWrench: every contender at the middle resolution and with a quarter of its points, and `fast` at several
+// accuracies, with how often its error is within its own estimate. The voxel size is the one that ResolveResolution
+// chooses. A contact that is not noticed counts with its whole force. Takes some minutes, most of them for the
+// references.
 void StudyHeldOut(const std::vector<Contender>& contenders, const Places& places, Report* report);
+
+// The same for pairs of the shipped scenarios at their own voxels and points, within the budget of scenarios: `paper`,
+// and `fast` at several accuracies. Poses as of the held-out parts; a table `scene_pairs` and a chart.
+void StudyScenePairs(const Places& places, Report* report);
 
 // Adds the goals that the contests decide, each with what was measured.
 void JudgeContests(const std::vector<Measurement>& all, Report* report);

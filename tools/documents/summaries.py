@@ -66,17 +66,32 @@ def held_out(folder, file, what):
     return rows
 
 
+ACCURACY_COLUMNS = ["method", "asked for, or points", "force off: median, 99th percentile, worst, %", "moment off, %", "within",
+                    "within twice", "reached", "places read", "µs", "99th percentile, µs"]
+
+
+def accuracy_cells(row):
+    shares = [row[share] for share in ("within_estimate", "within_twice", "reached")]
+    return [f"`{row['method']}`", row["setting"].removeprefix("s; "), three(row, "force"), three(row, "moment"),
+            *(f"{100 * float(share):.4g} %" if share else "" for share in shares),
+            short(row["places_p50"]), short(row["p50_us"]), short(row["p99_us"])]
+
+
 def accuracies(folder):
     """What an accuracy costs, over all families and over the poses that are felt."""
-    rows = [["poses", "method", "asked for, or points", "force off: median, 99th percentile, worst, %", "moment off, %", "within",
-             "within twice", "reached", "places read", "µs", "99th percentile, µs"]]
+    rows = [["poses", *ACCURACY_COLUMNS]]
     measured = read(folder / "heldout.csv")
     for part in ("held_out", "training"):
         for row in (row for name in ("all", "felt") for row in measured if row["set"] == part and row["family"] == name):
-            shares = [row[share] for share in ("within_estimate", "within_twice", "reached")]
-            rows.append([parts_of(row, "family"), f"`{row['method']}`", row["setting"].removeprefix("s; "), three(row, "force"),
-                         three(row, "moment"), *(f"{100 * float(share):.4g} %" if share else "" for share in shares),
-                         short(row["places_p50"]), short(row["p50_us"]), short(row["p99_us"])])
+            rows.append([parts_of(row, "family"), *accuracy_cells(row)])
+    return rows
+
+
+def scene_pairs(folder):
+    """What an accuracy costs in the shipped scenes."""
+    rows = [["pair", "poses", *ACCURACY_COLUMNS]]
+    for row in read(folder / "scene_pairs.csv"):
+        rows.append(["all" if row["pair"] == "felt" else row["pair"], row["poses"], *accuracy_cells(row)])
     return rows
 
 
@@ -98,8 +113,10 @@ def tables(performance):
     """Path and text of each summary."""
     summaries = (("pairs", contact_pairs), ("builds", builds),
                  ("heldout_families", lambda folder: held_out(folder, "heldout.csv", "family")),
-                 ("heldout_poses", lambda folder: held_out(folder, "heldout_kinds.csv", "kind")), ("heldout_accuracies", accuracies))
-    sources = {"heldout_families": "heldout.csv", "heldout_poses": "heldout_kinds.csv", "heldout_accuracies": "heldout.csv"}
+                 ("heldout_poses", lambda folder: held_out(folder, "heldout_kinds.csv", "kind")), ("heldout_accuracies", accuracies),
+                 ("scene_accuracies", scene_pairs))
+    sources = {"heldout_families": "heldout.csv", "heldout_poses": "heldout_kinds.csv", "heldout_accuracies": "heldout.csv",
+               "scene_accuracies": "scene_pairs.csv"}
     for name, rows in summaries:
         if (performance / "vps").is_dir() and (name not in sources or (performance / "vps" / sources[name]).is_file()):
             yield performance / "vps" / f"{name}.csv", rows(performance / "vps")
