@@ -7,6 +7,7 @@
 #include "core/clock.hpp"
 #include "tools/contact/reference_poses.hpp"
 #include "tools/contact/studies.hpp"
+#include "vps/asset/choose_resolution.hpp"
 
 namespace contact {
 namespace {
@@ -22,7 +23,7 @@ constexpr double kAccuracies[] = {0.1, 0.05, 0.02, 0.01};
 constexpr double kFelt_m3 = 1e-12;
 
 // What is measured, in the order of the tables: `paper`, then `fast`, each with some numbers of points; then `fast` at
-// each accuracy, with the voxels and points that ResolveResolution chooses.
+// each accuracy, with the voxels and points of UsualResolution.
 struct Entrant {
   std::string method, setting, mark;
   const Contender* contender = nullptr;  // null: by accuracy
@@ -56,10 +57,19 @@ std::vector<Entrant> EntrantsOf(const std::vector<Contender>& contenders) {
   return entrants;
 }
 
+// The same for thin parts and stout ones, so that a row compares shapes: voxels of 1/256 of A's longest side, and
+// points on B one voxel apart.
+Resolution UsualResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B) {
+  const vps::Box box = vps::BoundingBox(A);
+  const glm::dvec3 size = box.upper - box.lower;
+  const double voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
+  return {voxel_size_m, vps::ChoosePoints(vps::SurfaceArea_m2(B), voxel_size_m)};
+}
+
 // Appends a sample for each entrant that can be built for these parts and each pose.
 void Measure(const vps::WrenchCase& c, const std::vector<ReferencePose>& posed, const std::vector<Entrant>& entrants,
              std::vector<Sample>* samples) {
-  const Resolution resolution = ResolveResolution(c.A, c.B, {});
+  const Resolution resolution = UsualResolution(c.A, c.B);
   const Parts parts{c.family + " " + c.name, c.A, c.B, resolution.voxel_size_m};
   const double radius_B_m = vps::RadiusAboutOrigin_m(c.B);
   Structures structures(parts);
