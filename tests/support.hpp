@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <string>
 
+#include "collision/resolution/choose_resolutions.hpp"
 #include "nodes/lockstep/lockstep.hpp"
-#include "scene/load_scenario.hpp"
 
 namespace system_tests {
 
 // The scenario of that name in scenarios/; a test that cannot read it has failed.
 inline scene::Scenario Load(const std::string& name) {
-  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / name);
+  const auto scenario = collision::LoadResolvedScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / name);
   if (!scenario) {
     ADD_FAILURE() << scene::Format(scenario.error().front());
     return {};

@@ -8,11 +8,13 @@ namespace scene {
 namespace {
 
 bool CanSample(const Object& sampled, const Object& field) {
-  return sampled.num_points > 0 && field.voxel_size_m > 0.0;
+  return (sampled.num_points > 0 || sampled.is_resolution_chosen) &&
+         (field.voxel_size_m > 0.0 || field.is_resolution_chosen);
 }
 
 // When both objects of a pair could be sampled, the one of lower rank is: a hand's part (the paper's haptic object)
-// before an object that physics moves, before a fixed one. Equal rank: the one that comes first in the file.
+// before an object that physics moves, before a fixed one. Equal rank: the one that comes first in the file. Where the
+// resolution of both is chosen, this holds until collision::ChooseResolutions knows which has the smaller feature.
 int SampledRank(const Object& object) {
   if (object.owner == Owner::kHand || object.finger_link) return 0;
   return object.owner == Owner::kPhysics ? 1 : 2;
@@ -82,7 +84,8 @@ class Generator {
     } else if (!CanSample(object_a, object_b) && !CanSample(object_b, object_a)) {
       Report(element, "no pointshell against a voxelmap",
              "one of them needs <collision points=\"...\">, the other <collision voxel_size_m=\"...\">",
-             "add points to one and voxel_size_m to the other, or remove the pair");
+             "add points to one and voxel_size_m to the other, or give neither and let them be chosen, or remove the "
+             "pair");
     } else if (element.figures.owner == PairOwner::kPhysics &&
                (object_a.owner == Owner::kHand || object_b.owner == Owner::kHand)) {
       Report(element, "owner=\"physics\" on a pair of a hand",

@@ -14,14 +14,12 @@ namespace scene {
 constexpr std::size_t kMaxDevices = 4;
 constexpr double kMinVoxelSize_m = 2.0e-5;
 constexpr double kMaxVoxelSize_m = 0.1;
-// Voxel size over `accuracy_m`, the largest depth error near the surface: the field of method `fast` is off by at most
-// 0.3 voxel, at edges (docs/decisions/0006), so accuracy_m = voxel_size_m / 3.
-constexpr double kVoxelsPerAccuracy = 3.0;
 constexpr std::uint32_t kMinPoints = 16;
 constexpr std::uint32_t kMaxPoints = 4'000'000;
 
 // Reads and checks a scenario: `path` is the scenario.xml or its folder. Returns a valid Scenario, or all errors of the
-// file in order of lines. Mesh files must exist; their content is not read.
+// file in order of lines. Mesh files must exist; their content is not read:
+// collision::LoadResolvedScenario chooses what follows from it.
 tl::expected<Scenario, std::vector<Diagnostic>> LoadScenario(const std::filesystem::path& path);
 
 }  // namespace scene

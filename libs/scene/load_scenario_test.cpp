@@ -97,11 +97,24 @@ TEST_F(LoadScenarioTest, ReadsHowAHeadSitsInItsBody) {
   EXPECT_LT(glm::distance(X_BH.rotate({1, 0, 0}), glm::dvec3(0, -1, 0)), 1e-12);
 }
 
-TEST_F(LoadScenarioTest, ComputesTheVoxelSizeFromTheAccuracy) {
+TEST_F(LoadScenarioTest, LeavesAResolutionThatIsNotGivenToBeChosen) {
   const auto scenario =
-      Load(R"(<object name="plate" owner="fixed"><visual mesh="mesh.obj"/><collision accuracy_m="0.0002"/></object>)");
+      Load(Join({kPlate,
+                 R"(<object name="a" owner="physics" mass_kg="1"><visual mesh="mesh.obj"/>)"
+                 R"(<collision/></object>)",
+                 R"(<object name="b" owner="physics" mass_kg="1"><collision mesh="mesh.obj"/></object>)"}));
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
-  EXPECT_DOUBLE_EQ(scenario->objects.at(0).voxel_size_m, 0.0006);
+  ASSERT_EQ(scenario->objects.size(), 3U);
+  EXPECT_FALSE(scenario->objects[0].is_resolution_chosen);
+  for (std::size_t i = 1; i < 3; ++i) {
+    const Object& object = scenario->objects[i];
+    EXPECT_TRUE(object.is_resolution_chosen) << object.name;
+    EXPECT_EQ(object.collision_mesh.filename(), "mesh.obj") << object.name;
+    EXPECT_EQ(object.voxel_size_m, 0.0) << object.name;
+    EXPECT_EQ(object.num_points, 0U) << object.name;
+  }
+  // Such an object can be either side.
+  EXPECT_EQ(scenario->pairs.size(), 3U);
 }
 
 TEST_F(LoadScenarioTest, RefusesAZenithAlongTheSun) {
@@ -310,14 +323,12 @@ const BadCase kBadCases[] = {
      "mass_kg is '0'"},
     {"MassAndDensity", "<object name='a' owner='physics' mass_kg='1' density_kg_per_m3='2'/>", 3, "one of them"},
     {"SameName", "<object name='a' owner='fixed'/>\n<object name='a' owner='fixed'/>", 4, "taken by line 3"},
-    {"EmptyCollision", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision/></object>", 3,
+    {"EmptyCollision", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision points='0'/></object>", 3,
      "neither a field nor points"},
-    {"AccuracyAndVoxel",
-     "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision voxel_size_m='0.001' "
-     "accuracy_m='1e-4'/></object>",
-     3, "give one of them"},
-    {"AccuracyTooFine",
-     "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision accuracy_m='1e-6'/></object>", 3, "0.02 mm"},
+    {"AccuracyOfADepth",
+     "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision accuracy_m='1e-4'/></object>", 3,
+     "no longer has it. Fix: write accuracy=\"0.1\" in <run> or <pair>"},
+    {"ChosenWithoutMesh", "<object name='a' owner='fixed'><collision/></object>", 3, "has no mesh"},
     {"CollisionWithoutMesh", "<object name='a' owner='fixed'><collision points='64'/></object>", 3, "has no mesh"},
     {"VoxelInMillimetres",
      "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision voxel_size_m='1'/></object>", 3, "0.02 mm"},

@@ -139,23 +139,14 @@ class Builder {
       } else if (child.name == "collision") {
         object.collision_mesh = File(child, "mesh");
         read_child.Number("voxel_size_m", &object.voxel_size_m);
-        if (child.Find("accuracy_m") != nullptr) {
-          if (child.Find("voxel_size_m") != nullptr) {
-            Report(child.line, "object '" + object.name + "': <collision> with accuracy_m and voxel_size_m",
-                   "the voxel size is computed from the accuracy", "give one of them");
-          }
-          double accuracy_m = 0.0;
-          read_child.Number("accuracy_m", &accuracy_m);
-          object.voxel_size_m = kVoxelsPerAccuracy * accuracy_m;
-        }
         read_child.Number("sheet_thickness_m", &object.sheet_thickness_m);
         object.num_points =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(read_child.Count("points", 0), UINT32_MAX));
-        if (object.voxel_size_m <= 0.0 && object.num_points == 0 && child.Find("voxel_size_m") == nullptr &&
-            child.Find("accuracy_m") == nullptr) {
-          Report(child.line, "object '" + object.name + "': <collision> without voxel_size_m and points",
-                 "it describes neither a field nor points",
-                 "give voxel_size_m or accuracy_m for a field, points for a pointshell, or both");
+        const bool has_voxel_size = child.Find("voxel_size_m") != nullptr;
+        object.is_resolution_chosen = !has_voxel_size && child.Find("points") == nullptr;
+        if (!object.is_resolution_chosen && !has_voxel_size && object.num_points == 0) {
+          Report(child.line, "object '" + object.name + "': <collision> with points=\"0\" and no voxel_size_m",
+                 "it describes neither a field nor points", "remove points, so that both are chosen, or give more");
         }
       } else if (child.name == "frame") {
         ReadFrame(child, &object);
@@ -166,7 +157,8 @@ class Builder {
         read_child.Vector("color", &object.lamp_color);
       }
     }
-    if ((object.voxel_size_m > 0.0 || object.num_points > 0) && object.collision_mesh.empty()) {
+    if ((object.voxel_size_m > 0.0 || object.num_points > 0 || object.is_resolution_chosen) &&
+        object.collision_mesh.empty()) {
       object.collision_mesh = object.visual_mesh;
       if (object.visual_mesh.empty()) {
         Report(element.line, "object '" + object.name + "': <collision> has no mesh",

@@ -112,10 +112,11 @@ struct Object {
   core::Twist V_WO;      // initial velocity of its origin; physics objects
   double mass_kg = 0.0;  // one of mass and density is given for physics objects
   double density_kg_per_m3 = 0.0;
-  std::optional<Inertia> inertia;  // none: computed from the mesh
-  double voxel_size_m = 0.0;       // 0: no voxelmap
-  std::uint32_t num_points = 0;    // 0: no pointshell
-  double sheet_thickness_m = 0.0;  // 0: the mesh bounds a solid; else it is a thin sheet with two sides
+  std::optional<Inertia> inertia;     // none: computed from the mesh
+  double voxel_size_m = 0.0;          // 0: no voxelmap
+  std::uint32_t num_points = 0;       // 0: no pointshell
+  bool is_resolution_chosen = false;  // the file gives neither: collision::ChooseResolutions does, for its pairs
+  double sheet_thickness_m = 0.0;     // 0: the mesh bounds a solid; else it is a thin sheet with two sides
   std::vector<Frame> frames;
   std::optional<Sheet> sheet;
   std::optional<FingerLink> finger_link;

@@ -118,6 +118,14 @@ class SchemaChecker {
       const auto it = std::find_if(rule.attributes.begin(), rule.attributes.end(),
                                    [&](const AttributeRule& candidate) { return candidate.name == attribute.name; });
       if (it == rule.attributes.end()) {
+        const auto gone = std::find_if(rule.gone.begin(), rule.gone.end(), [&](const GoneAttribute& candidate) {
+          return candidate.name == attribute.name;
+        });
+        if (gone != rule.gone.end()) {
+          Report(attribute.line, Title(element) + ": attribute '" + attribute.name + "'",
+                 "<" + rule.name + "> no longer has it", gone->fix);
+          continue;
+        }
         Report(attribute.line, Title(element) + ": unknown attribute '" + attribute.name + "'",
                "<" + rule.name + "> does not have it", core::SuggestName(attribute.name, known));
         continue;

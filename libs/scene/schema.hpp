@@ -41,11 +41,18 @@ struct ChildRule {
   std::size_t max_count = 0;  // 0: any number
 };
 
+// An attribute of older files, and what to write instead.
+struct GoneAttribute {
+  std::string name;
+  std::string fix;
+};
+
 struct ElementRule {
   std::string name;
   std::string meaning;
   std::vector<AttributeRule> attributes;
   std::vector<ChildRule> children;
+  std::vector<GoneAttribute> gone = {};
 };
 
 // Rules of every element; the first is the root.

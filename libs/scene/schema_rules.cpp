@@ -262,12 +262,15 @@ std::vector<ElementRule> MakeRules() {
         Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero), Optional("variant", ValueKind::kText)},
        {}},
       {"collision",
-       "a field, points or both, of the visual mesh unless mesh names another; accuracy_m, the largest error of a "
-       "depth, "
-       "replaces voxel_size_m; an open mesh is a sheet of sheet_thickness_m",
-       {Optional("mesh", ValueKind::kFile), Optional("voxel_size_m", kAboveZero), Optional("accuracy_m", kAboveZero),
-        Optional("points", ValueKind::kCount), Optional("sheet_thickness_m", kAboveZero)},
-       {}},
+       "what is touched: the visual mesh unless mesh names another; voxel_size_m gives it a field, points a sampled "
+       "surface; with neither both are chosen, from the accuracy of its pairs and the meshes' walls and gaps; an open "
+       "mesh is a sheet of sheet_thickness_m",
+       {Optional("mesh", ValueKind::kFile), Optional("voxel_size_m", kAboveZero), Optional("points", ValueKind::kCount),
+        Optional("sheet_thickness_m", kAboveZero)},
+       {},
+       {{"accuracy_m",
+         "write accuracy=\"0.1\" in <run> or <pair>, the error of the force, and let voxels be chosen; or name them by "
+         "voxel_size_m"}}},
       {"frame",
        "a named frame fixed in the object's mesh frame",
        {Required("name", ValueKind::kName), Optional("position", ValueKind::kVector),
@@ -278,7 +281,9 @@ std::vector<ElementRule> MakeRules() {
       DeviceRule(),
       OptionRule(),
       {"pair",
-       "changes the parameters of a contact pair or removes it; a is sampled if it has points; accuracy and "
+       "changes the parameters of a contact pair or removes it; a is sampled if it has points, but where the points "
+       "and "
+       "voxels of both are chosen, as is then the sampled one; accuracy and "
        "budget_us: as of run",
        {Required("a", ValueKind::kName),
         Required("b", ValueKind::kName),

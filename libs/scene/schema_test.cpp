@@ -73,6 +73,8 @@ TEST(Schema, XsdAndRulesAgreeOnValues) {
       {"<parameter value='1'/>", false},
       {"<object name='l' owner='fixed'><lamp color='0 1 0'/></object>", true},
       {"<object name='l' owner='fixed'><lamp color='0 2 0'/></object>", false},
+      {"<object name='c' owner='fixed'><collision mesh='m'/></object>", true},
+      {"<object name='c' owner='fixed'><collision accuracy_m='0.001'/></object>", false},
       {"<moon/>", false},
   };
   for (const Case& each : cases) {

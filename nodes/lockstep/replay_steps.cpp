@@ -7,6 +7,7 @@
 
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/step_log.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "replay/platform.hpp"
@@ -125,7 +126,13 @@ core::Result<StepsOutcome> ReplaySteps(const std::filesystem::path& file, const 
     replay::SetDenormals(how->second);
   }
   scene::Scenario its = scenario;
-  if (const auto method = recorded.about.find("method"); method != recorded.about.end()) its.method = method->second;
+  if (const auto method = recorded.about.find("method");
+      method != recorded.about.end() && method->second != its.method) {
+    its.method = method->second;
+    if (const auto chosen = collision::ChooseResolutions(&its); !chosen) {
+      return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(chosen.error().front()));
+    }
+  }
   // What was recorded before there was a choice has no entry.
   const auto coupling = recorded.about.find("coupling");
   its.coupling.type = coupling == recorded.about.end() ? "paper" : coupling->second;

@@ -5,15 +5,16 @@
 #include <cmath>
 #include <filesystem>
 
+#include "collision/resolution/choose_resolutions.hpp"
 #include "core/clock.hpp"
 #include "nodes/physics_node/physics_node.hpp"
-#include "scene/load_scenario.hpp"
 
 namespace physics_node {
 namespace {
 
 scene::Scenario FreeCollision() {
-  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "free_collision");
+  const auto scenario =
+      collision::LoadResolvedScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "free_collision");
   EXPECT_TRUE(scenario.has_value());
   return *scenario;
 }
@@ -90,6 +91,7 @@ TEST(OwnContacts, DistantPartsAddNoWork) {
     for (std::size_t j = 0; j < crowded.objects.size(); ++j) add_pair(j, crowded.objects.size());
     crowded.objects.push_back(part);
   }
+  ASSERT_TRUE(collision::ChooseResolutions(&crowded)) << "each is a field and sampled now";
   Collision few(scenario);
   Collision many(crowded);
   bool has_met = false;

@@ -4,7 +4,7 @@
 #include <limits>
 #include <sstream>
 
-#include "scene/load_scenario.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 
 namespace run_node {
 
@@ -73,7 +73,7 @@ std::optional<cli::Arguments> ReadCommandLine(int argc, char** argv, const cli::
 }
 
 std::optional<scene::Scenario> ReadScenario(const std::string& program, const std::filesystem::path& file) {
-  auto scenario = scene::LoadScenario(file);
+  auto scenario = collision::LoadResolvedScenario(file);
   if (scenario) return std::move(*scenario);
   for (const scene::Diagnostic& diagnostic : scenario.error()) {
     Report(program, scene::Format(diagnostic), kBadUsage);

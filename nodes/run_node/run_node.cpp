@@ -7,6 +7,7 @@
 
 #include "bus/log/node_recording.hpp"
 #include "bus/log/step_log.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "core/clock.hpp"
 #include "nodes/run_node/command_line.hpp"
 #include "replay/open_step_log.hpp"
@@ -172,7 +173,12 @@ int RunNodes(int argc, char** argv, const Program& program, std::vector<Member> 
   std::signal(SIGINT, WantStop);
   auto scenario = ReadScenario(program.name, arguments->text("--scenario"));
   if (!scenario) return kBadUsage;
-  if (const std::string method = arguments->text("--method"); !method.empty()) scenario->method = method;
+  if (const std::string method = arguments->text("--method"); !method.empty() && method != scenario->method) {
+    scenario->method = method;
+    if (const auto chosen = collision::ChooseResolutions(&*scenario); !chosen) {
+      return Report(program.name, scene::Format(chosen.error().front()), kBadUsage);
+    }
+  }
   if (const std::string coupling = arguments->text("--coupling"); !coupling.empty()) scenario->coupling.type = coupling;
   Setting setting{*arguments, *scenario, bus::RealTimeMode::kOff, arguments->text("--out")};
   bus::ParseRealTimeMode(arguments->text("--rt", "off"), &setting.mode);

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <string>
 
-#include "scene/load_scenario.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "scene/scenario.hpp"
 
 namespace system_tests {
@@ -91,7 +91,7 @@ inline int ScenarioCopy::LineOf(const std::string& file, const std::string& text
 }
 
 inline scene::Scenario ScenarioCopy::Load() const {
-  const auto scenario = scene::LoadScenario(folder_);
+  const auto scenario = collision::LoadResolvedScenario(folder_);
   if (!scenario) {
     ADD_FAILURE() << scene::Format(scenario.error().front());
     return {};

@@ -90,7 +90,7 @@ Contender Own(const char* method, const char* setting, const char* mark, double 
     if (!A) return tl::unexpected(A.error());
     const auto B = structures.Get({true, kind, 0.0, num_points});
     if (!B) return tl::unexpected(B.error());
-    if (kind == vps::Method::kPaper) return MakePaperMethod(*A, *B, SurfaceArea(parts.B), true);
+    if (kind == vps::Method::kPaper) return MakePaperMethod(*A, *B, vps::SurfaceArea_m2(parts.B), true);
     return MakeFastMethod(*A, *B, InContests(accuracy));
   };
   return c;

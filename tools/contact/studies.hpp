@@ -57,8 +57,8 @@ void ReportWrenches(const std::vector<Measurement>& all, Report* report);
 
 // Errors and times on the families of vps/testing/wrench_cases, training and held-out sets apart, against
 // ReferenceWrench: every contender at the middle resolution and with a quarter of its points, and `fast` at several
-// accuracies, with how often its error is within its own estimate. The voxel size is the one that ResolveResolution
-// chooses. A contact that is not noticed counts with its whole force. Takes some minutes, most of them for the
+// accuracies, with how often its error is within its own estimate. Voxels are 1/256 of the field's
+// longest side. A contact that is not noticed counts with its whole force. Takes some minutes, most of them for the
 // references.
 void StudyHeldOut(const std::vector<Contender>& contenders, const Places& places, Report* report);
 

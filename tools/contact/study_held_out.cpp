@@ -5,6 +5,7 @@
 #include "core/clock.hpp"
 #include "tools/contact/accuracy_race.hpp"
 #include "tools/contact/studies.hpp"
+#include "vps/asset/choose_resolution.hpp"
 
 namespace contact {
 namespace {
@@ -22,7 +23,7 @@ bool IsFelt(const ReferencePose& pose) {
 }
 
 // In the order of the tables: `paper`, then `fast`, each with some numbers of points; then `fast` at each accuracy,
-// with the voxels and points that ResolveResolution chooses.
+// with the voxels and points of UsualResolution.
 std::vector<Entrant> EntrantsOf(const std::vector<Contender>& contenders) {
   std::vector<Entrant> entrants;
   for (const Contender& c : contenders) {
@@ -34,6 +35,15 @@ std::vector<Entrant> EntrantsOf(const std::vector<Contender>& contenders) {
   }
   for (const double accuracy : kAccuracies) entrants.push_back(FastEntrant({accuracy}));
   return entrants;
+}
+
+// The same for thin parts and stout ones, so that a row compares shapes: voxels of 1/256 of A's longest side, and
+// points on B one voxel apart.
+Resolution UsualResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B) {
+  const vps::Box box = vps::BoundingBox(A);
+  const glm::dvec3 size = box.upper - box.lower;
+  const double voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
+  return {voxel_size_m, vps::ChoosePoints(vps::SurfaceArea_m2(B), voxel_size_m)};
 }
 
 std::vector<Structures::Key> KeysOf(const Resolution& resolution) {
@@ -130,7 +140,7 @@ void StudyHeldOut(const std::vector<Contender>& contenders, const Places& places
         continue;
       }
       for (const vps::WrenchCase& c : *cases) {
-        const Resolution resolution = ResolveResolution(c.A, c.B, {});
+        const Resolution resolution = UsualResolution(c.A, c.B);
         Measure(c, resolution, WithReferences(c, &num_without), entrants, KeysOf(resolution), IsFelt, &samples);
       }
       // So that a run that is stopped was not for nothing.

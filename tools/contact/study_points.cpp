@@ -33,7 +33,7 @@ std::vector<PointScaling> StudyPoints(const Workload& workload, const Parts& par
     if (!A || !B) continue;
     const bool is_fast = key.method == vps::Method::kFast;
     methods.push_back(is_fast ? MakeFastMethod(*A, *B, AsInScenarios(kAccuracy))
-                              : MakePaperMethod(*A, *B, SurfaceArea(parts.B), true));
+                              : MakePaperMethod(*A, *B, vps::SurfaceArea_m2(parts.B), true));
     std::vector<core::Pose> poses;
     // Fewer poses of every walk for the slower method and for many points.
     const std::size_t steps = is_fast ? 50 : key.num_points > 100'000 ? 3 : 12;

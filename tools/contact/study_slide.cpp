@@ -81,7 +81,7 @@ void StudySlide(Report* report) {
       const auto B = structures.Get({true, kind, 0.0, kMiddlePoints});
       if (!A || !B) continue;
       const auto method = is_fast ? MakeFastMethod(*A, *B, AsInScenarios(kAccuracy))
-                                  : MakePaperMethod(*A, *B, SurfaceArea(slide.parts.B), true);
+                                  : MakePaperMethod(*A, *B, vps::SurfaceArea_m2(slide.parts.B), true);
       const std::vector<double> forces = Forces(method.get(), slide.poses);
       double mean = 0.0;
       for (const double f : forces) mean += f / static_cast<double>(forces.size());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "vps/field/closest_triangle.hpp"
 
@@ -14,7 +15,6 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 struct Probe {
   glm::dvec3 p_m{0.0};
   glm::dvec3 normal{0.0};
-  std::uint32_t triangle = 0;  // a near one, for the search
 };
 
 // Evenly spread by area (stratified along the running sum), and middles of triangles.
@@ -34,7 +34,7 @@ std::vector<Probe> Spread(const TriangleMesh& mesh, std::size_t num_probes) {
     constexpr double kInset = 0.1;
     u = kInset / 3.0 + (1.0 - kInset) * u;
     v = kInset / 3.0 + (1.0 - kInset) * v;
-    probes.push_back({a + u * (b - a) + v * (c - a), glm::normalize(n), static_cast<std::uint32_t>(t)});
+    probes.push_back({a + u * (b - a) + v * (c - a), glm::normalize(n)});
   };
   for (std::size_t i = 0; i < num_probes; ++i) {
     const double at = area * (static_cast<double>(i) + 0.5) / static_cast<double>(num_probes);
@@ -52,22 +52,36 @@ std::vector<Probe> Spread(const TriangleMesh& mesh, std::size_t num_probes) {
   return probes;
 }
 
+// The same in an order in which neighbours lie far apart: steps of about n over the golden ratio.
+std::vector<Probe> Scattered(const std::vector<Probe>& probes) {
+  const std::size_t n = probes.size();
+  auto step = static_cast<std::size_t>(0.6180339887498949 * static_cast<double>(n)) + 1;
+  while (std::gcd(step, n) != 1) ++step;
+  std::vector<Probe> scattered(n);
+  for (std::size_t i = 0; i < n; ++i) scattered[i] = probes[i * step % n];
+  return scattered;
+}
+
 // Distance from the probe to the opposite wall, by the largest ball that touches the surface at the probe on the side
-// of `direction` and holds no surface; kNone when that ball sits in an edge or a corner.
-double LargestBall(const TriangleField& field, const Probe& probe, const glm::dvec3& direction, double largest_m) {
-  double radius = 0.5 * largest_m;
-  std::uint32_t guess = probe.triangle;
+// of `direction` and holds no surface; kNone when that ball sits in an edge or a corner, or the wall is no nearer than
+// `below_m`.
+double LargestBall(const TriangleField& field, const Probe& probe, const glm::dvec3& direction, double below_m,
+                   std::size_t* num_tests) {
+  // A ball is settled when no surface reaches into it by more than this share of its radius. Not derived: less takes
+  // longer in round holes, where many triangles are about as far.
+  constexpr double kSettled = 1.0 - 1e-4;
+  double radius = 0.5 * below_m;  // a wall is at least a diameter away
   bool is_settled = false;
   bool has_shrunk = false;
   for (int i = 0; i < 40 && !is_settled; ++i) {
-    const ClosestFeature closest = field.ClosestOfAll(probe.p_m + radius * direction, &guess);
-    if (std::sqrt(closest.squared_distance) >= radius * (1.0 - 1e-9)) break;
+    const auto closest = field.ClosestWithin(probe.p_m + radius * direction, radius * kSettled, num_tests);
+    if (!closest) break;
     // The ball through both points with its centre on the normal: |p - q|^2 / (2 direction . (q - p)).
-    const glm::dvec3 r = closest.point - probe.p_m;
+    const glm::dvec3 r = closest->point - probe.p_m;
     const double along = glm::dot(direction, r);
     if (!(along > 0.0)) return kNone;
     const double smaller = glm::dot(r, r) / (2.0 * along);
-    is_settled = smaller >= radius * (1.0 - 1e-9);
+    is_settled = smaller >= radius * kSettled;
     has_shrunk = true;
     radius = std::min(radius, smaller);
     if (i == 39) return kNone;
@@ -76,9 +90,8 @@ double LargestBall(const TriangleField& field, const Probe& probe, const glm::dv
   // A touching point u (unit, from the centre) with direction . u = cos b is sqrt(5/4 - cos b) radii away from the
   // place half a radius ahead of the centre: at most 3/4 of a radius only if cos b >= 11/16, b <= 47 degrees. The
   // nearest surface to that place straight ahead is the wall.
-  const ClosestFeature ahead = field.ClosestOfAll(probe.p_m + 1.5 * radius * direction, &guess);
-  const double distance = std::sqrt(ahead.squared_distance);
-  return distance <= 0.75 * radius ? 1.5 * radius + distance : kNone;
+  const auto ahead = field.ClosestWithin(probe.p_m + 1.5 * radius * direction, 0.75 * radius, num_tests);
+  return ahead ? 1.5 * radius + std::sqrt(ahead->squared_distance) : kNone;
 }
 
 }  // namespace
@@ -90,14 +103,20 @@ FeatureSize MeasureFeatures(const TriangleMesh& mesh, std::size_t num_probes) {
   const TriangleField field(mesh);
   const Box box = BoundingBox(mesh);
   const double largest_m = 2.0 * glm::length(box.upper - box.lower);
-  for (const Probe& probe : Spread(mesh, num_probes)) {
-    const double thickness_m = LargestBall(field, probe, -probe.normal, largest_m);
+  // Where many triangles are about as far as the wall (a fine sphere), each place costs a look at all of them. After so
+  // many looks (some tenths of a second) only what is a tenth smaller than the least so far is looked for. Not derived.
+  constexpr std::size_t kMostTests = 5'000'000;
+  std::size_t num_tests = 0;
+  for (const Probe& probe : Scattered(Spread(mesh, num_probes))) {
+    const double part = num_tests < kMostTests ? 1.0 : 0.9;
+    const double thickness_m =
+        LargestBall(field, probe, -probe.normal, std::min(part * size.thickness_m, largest_m), &num_tests);
     if (thickness_m < size.thickness_m) {
       size.thickness_m = thickness_m;
       size.thinnest_m = probe.p_m - 0.5 * thickness_m * probe.normal;
       size.thinnest_normal = probe.normal;
     }
-    const double gap_m = LargestBall(field, probe, probe.normal, largest_m);
+    const double gap_m = LargestBall(field, probe, probe.normal, std::min(part * size.gap_m, largest_m), &num_tests);
     if (gap_m < size.gap_m) {
       size.gap_m = gap_m;
       size.narrowest_m = probe.p_m + 0.5 * gap_m * probe.normal;

@@ -18,7 +18,9 @@ struct FeatureSize {
 // Measured at up to `num_probes` places spread over the surface and as many middles of triangles: the diameter of the
 // largest ball that touches the surface there and does not reach through it [shrinking ball, Ma et al. 2012], inside
 // for the thickness, outside for the gap. Balls with touching points less than 133 degrees apart sit in an edge or a
-// corner and do not count. Features narrower than the probes' spacing can be missed.
+// corner and do not count. Features narrower than the probes' spacing can be missed; of those found, the least to 1e-4,
+// or to a tenth where very many triangles are about as far (a fine sphere). Takes about a second at most for 100,000
+// triangles.
 FeatureSize MeasureFeatures(const TriangleMesh& mesh, std::size_t num_probes = 2000);
 
 // What a field with voxels of this size resolves, metres. Derived in the .cpp.

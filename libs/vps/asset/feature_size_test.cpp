@@ -46,6 +46,14 @@ TEST(MeasureFeatures, FindsTheGapBetweenTwoPlates) {
   EXPECT_NEAR(size.narrowest_m.z, 0.0052, 1e-9);
 }
 
+// All triangles of the ball are about as far from its middle; the plate is looked for all the same.
+TEST(MeasureFeatures, FindsAThinPlateBesideAFineBall) {
+  const TriangleMesh ball = MakeSphere(0.03, 256);
+  EXPECT_NEAR(MeasureFeatures(ball).thickness_m, 0.06, 6e-5);
+  const TriangleMesh plate = Turned(MakeBox({0.05, 0.05, 0.002}), glm::dquat(1, 0, 0, 0), {0.1, 0.0, 0.0});
+  EXPECT_NEAR(MeasureFeatures(Joined(ball, plate)).thickness_m, 0.002, 1e-9);
+}
+
 // A wall and a gap of the stated width, at random tilts and offsets: the middle has the right sign everywhere.
 class FeatureLimitsTest : public testing::Test {
  protected:

@@ -103,6 +103,23 @@ ClosestFeature TriangleField::ClosestOfAll(const glm::dvec3& p, std::uint32_t* t
   return best;
 }
 
+std::optional<ClosestFeature> TriangleField::ClosestWithin(const glm::dvec3& p, double limit_m,
+                                                           std::size_t* num_tests) const {
+  std::optional<ClosestFeature> best;
+  double limit = limit_m * limit_m;
+  tree_.ForNearer(p, &limit, [&](std::uint32_t candidate) {
+    ++*num_tests;
+    // No triangle is nearer than its plane; the margin is more than rounding.
+    const double height = glm::dot(normals_[candidate], p - vertices_[indices_[candidate][0]]);
+    if (height * height >= limit * (1.0 + 1e-12)) return;
+    const ClosestFeature here = Closest(candidate, p);
+    if (here.squared_distance >= limit) return;
+    best = here;
+    limit = here.squared_distance;
+  });
+  return best;
+}
+
 glm::dvec3 TriangleField::PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const {
   if (feature < 3) return vertex_normals_[indices_[triangle][feature]];
   if (feature < 6) return glm::dvec3(edge_normals_[triangle][feature - 3]);

@@ -60,6 +60,9 @@ class TriangleField {
   [[nodiscard]] ClosestFeature Closest(std::uint32_t triangle, const glm::dvec3& p) const;
   // Of all; `triangle` holds a guess on entry (any valid index; a near one is faster) and the winner on return.
   [[nodiscard]] ClosestFeature ClosestOfAll(const glm::dvec3& p, std::uint32_t* triangle) const;
+  // The closest of those nearer than `limit_m`; none: no triangle is. Adds the number of triangles looked at.
+  [[nodiscard]] std::optional<ClosestFeature> ClosestWithin(const glm::dvec3& p, double limit_m,
+                                                            std::size_t* num_tests) const;
 
   // Signed distance (negative inside) and unit gradient (out of the solid) at p from its closest feature.
   struct Value {

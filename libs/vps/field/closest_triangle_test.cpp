@@ -53,6 +53,13 @@ TEST(ClosestTriangle, FromTheTreeEqualsExhaustiveSearch) {
         const ClosestFeature closest = field.ClosestOfAll(p, &triangle);
         ASSERT_EQ(closest.squared_distance, LeastSquared(field, p)) << num_triangles << " " << i;
         EXPECT_EQ(closest.squared_distance, field.Closest(triangle, p).squared_distance);
+        const double distance = std::sqrt(closest.squared_distance);
+        std::size_t num_tests = 0;
+        const auto within = field.ClosestWithin(p, 1.001 * distance, &num_tests);
+        ASSERT_TRUE(within) << num_triangles << " " << i;
+        EXPECT_EQ(within->squared_distance, closest.squared_distance);
+        EXPECT_GT(num_tests, 0U);
+        EXPECT_FALSE(field.ClosestWithin(p, 0.999 * distance, &num_tests));
       }
     }
   }

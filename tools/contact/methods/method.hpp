@@ -31,18 +31,11 @@ class Method {
   virtual Answer Query(const core::Pose& X_AB) = 0;
 };
 
-// A method's resolution. Zero: ResolveResolution chooses it from the meshes.
+// A method's resolution. ChooseSetup chooses it from the meshes.
 struct Resolution {
-  double accuracy_m = 0.0;       // wanted error of a depth; replaces the two others
-  double voxel_size_m = 0.0;     // of A's field
-  std::uint32_t num_points = 0;  // on B's surface
+  double voxel_size_m = 0.0;     // of the field's body
+  std::uint32_t num_points = 0;  // on the sampled body's surface
 };
-
-// The voxel size and number of points that `paper` and `fast` use for these meshes. An accuracy of x gives voxels of
-// 3 x (scene::kVoxelsPerAccuracy). By default the voxel is 1/256 of the longest side of A (not derived). Points: area
-// of B / voxel size^2, so one voxel apart, within 1,000 to 100,000 (1,000,000 with an accuracy; limits of time and
-// memory).
-Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution);
 
 using Cooked = std::shared_ptr<const vps::CookedObject>;
 
@@ -82,8 +75,5 @@ core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A,
 // The exact answers of vps/oracle: SignedBodyDistance, and IntegrateContactWrench to a relative accuracy.
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                        double relative_accuracy = 1e-4);
-
-// [m^2].
-double SurfaceArea(const vps::TriangleMesh& mesh);
 
 }  // namespace contact

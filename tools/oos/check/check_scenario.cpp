@@ -6,12 +6,12 @@
 #include <set>
 #include <string>
 
+#include "collision/resolution/choose_resolutions.hpp"
 #include "core/names.hpp"
 #include "lab/lab.hpp"
 #include "nodes/device_bridge/operator/operator_script.hpp"
 #include "nodes/device_bridge/tactile/tactiles.hpp"
 #include "nodes/logic_node/procedure.hpp"
-#include "scene/load_scenario.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/part_size.hpp"
@@ -92,7 +92,7 @@ void CheckLooks(const scene::Scenario& scenario, CheckOutcome* outcome) {
 
 CheckOutcome CheckScenario(const std::filesystem::path& path) {
   CheckOutcome outcome;
-  const auto scenario = scene::LoadScenario(path);
+  const auto scenario = collision::LoadResolvedScenario(path);
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) outcome.problems.push_back(scene::Format(diagnostic));
     return outcome;

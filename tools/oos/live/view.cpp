@@ -10,11 +10,11 @@
 #include <map>
 #include <vector>
 
+#include "collision/resolution/choose_resolutions.hpp"
 #include "core/clock.hpp"
 #include "core/names.hpp"
 #include "lab/load_lab.hpp"
 #include "lab/plan.hpp"
-#include "scene/load_scenario.hpp"
 #include "tiles/seats.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/places.hpp"
@@ -366,7 +366,7 @@ int RunView(const Arguments& arguments) {
   } else {
     return Complain("view", "no session runs here, so name its scenario: oos view SCENARIO --lab LAB.xml", kBadUsage);
   }
-  const auto scenario = scene::LoadScenario(file);
+  const auto scenario = collision::LoadResolvedScenario(file);
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) {
       std::fprintf(stderr, "%s\n", scene::Format(diagnostic).c_str());

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "bus/rt/worker_pool.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "core/clock.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/meshes/mesh_lines.hpp"
@@ -23,12 +24,14 @@ namespace {
 constexpr std::string_view kCookDetails =
     R"(Of each mesh: what is wrong with it and what was repaired (places in the mesh's own frame; triangles counted from 0),
 its thinnest wall and narrowest gap, what voxels of this size show of them, the memory that the build will take (before
-it takes it), and what was built. SCENARIO cooks every object that stands in a pair, with the scenario's own figures.)";
+it takes it), and what was built. SCENARIO cooks every object that stands in a pair, with the scenario's own figures; of
+those that it leaves open, what was chosen and why.)";
 
 struct Job {
   std::string title;
   std::filesystem::path mesh;
   vps::CookParameters parameters;
+  std::vector<std::string> chosen;  // of a resolution that the scenario leaves open: what, and why
 };
 
 // Progress: one line that is overwritten on a terminal, otherwise a line for each stage.
@@ -132,6 +135,7 @@ int CookOne(const Job& job) {
     return Complain("cook", good.error().detail, kBadUsage);
   }
   PrintMesh(job.title, checked->report);
+  for (const std::string& text : job.chosen) std::printf("  chosen: %s\n", text.c_str());
   const vps::TriangleMesh solid =
       sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh;
   const vps::FeatureSize size = vps::MeasureFeatures(solid);
@@ -161,17 +165,23 @@ int CookOne(const Job& job) {
 
 // The structures of every object that its contact pairs need.
 core::Result<std::vector<Job>> JobsOf(const std::string& path, std::optional<vps::Method> method) {
-  const auto scenario = scene::LoadScenario(path);
+  auto scenario = scene::LoadScenario(path);
   if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
+  if (method) scenario->method = *method == vps::Method::kFast ? "fast" : "paper";
+  const auto notes = collision::ChooseResolutions(&*scenario);
+  if (!notes) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(notes.error().front()));
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < scenario->objects.size(); ++i) {
     const scene::Object& object = scenario->objects[i];
-    Job job{object.name + " (" + object.collision_mesh.filename().string() + ")", object.collision_mesh, {}};
-    job.parameters.method = method.value_or(*vps::MethodFromName(scenario->method));
+    Job job{object.name + " (" + object.collision_mesh.filename().string() + ")", object.collision_mesh, {}, {}};
+    job.parameters.method = *vps::MethodFromName(scenario->method);
     job.parameters.sheet_half_thickness_m = 0.5 * object.sheet_thickness_m;
     for (const scene::Pair& pair : scenario->pairs) {
       if (pair.field == i) job.parameters.voxel_size_m = object.voxel_size_m;
       if (pair.sampled == i) job.parameters.num_points = object.num_points;
+    }
+    for (const collision::ResolutionNote& note : *notes) {
+      if (note.object == i) job.chosen.push_back(note.text);
     }
     if (job.parameters.voxel_size_m > 0.0 || job.parameters.num_points > 0) jobs.push_back(job);
   }
@@ -223,7 +233,7 @@ int RunCook(const Arguments& arguments) {
     if (parameters->voxel_size_m <= 0.0 && parameters->num_points == 0) {
       return Complain("cook", "nothing to build: give --voxel_m, --points or both", kBadUsage);
     }
-    status = std::max(status, CookOne({path, path, *parameters}));
+    status = std::max(status, CookOne({path, path, *parameters, {}}));
   }
   std::printf("cache: %s\n", vps::DefaultCacheFolder().c_str());
   return status;

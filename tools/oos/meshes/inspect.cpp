@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "scene/load_scenario.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "tools/inspect/samples_picture.hpp"
 #include "tools/inspect/slices.hpp"
 #include "tools/oos/meshes/mesh_lines.hpp"
@@ -52,7 +52,7 @@ core::Result<Request> FindObject(const std::string& what) {
     request.mesh_file = what;
     return request;
   }
-  const auto scenario = scene::LoadScenario(FindScenario(what.substr(0, colon)));
+  const auto scenario = collision::LoadResolvedScenario(FindScenario(what.substr(0, colon)));
   if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
   std::string known;
   for (const scene::Object& object : scenario->objects) {

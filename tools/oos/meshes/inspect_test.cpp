@@ -117,5 +117,25 @@ TEST_F(InspectVerbTest, CookBuildsWhatTheScenarioRunsWith) {
   unsetenv("VR_OOS_CACHE");
 }
 
+// The plate has walls of 2 mm, so it is sampled, although the part moves.
+TEST_F(InspectVerbTest, CookSaysWhatWasChosenForAScenarioThatLeavesItOpen) {
+  setenv("VR_OOS_CACHE", (folder_ / "cache").c_str(), 1);
+  Write("plate.obj", kPlate);
+  Write("part.obj", kTetrahedron);
+  Write("procedure.scxml", "<scxml/>");
+  const std::string scenario =
+      Write("scenario.xml",
+            "<scenario name='t'>\n<run method='fast'/>\n<procedure file='procedure.scxml'/>\n"
+            "<object name='plate' owner='fixed'><collision mesh='plate.obj' sheet_thickness_m='0.002'/></object>\n"
+            "<object name='part' owner='physics' mass_kg='1'><collision mesh='part.obj'/></object>\n</scenario>\n");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, {"cook", scenario}), kHolds);
+  const std::string text = testing::internal::GetCapturedStdout();
+  unsetenv("VR_OOS_CACHE");
+  EXPECT_THAT(text, HasSubstr("chosen: sampled against 'part' (smallest feature 2 mm"));
+  EXPECT_THAT(text, HasSubstr("points (a voxel of 'part' apart"));
+  EXPECT_THAT(text, HasSubstr("chosen: voxels of 0.391 mm (1/256 of its longest side, 100 mm; against 'plate')"));
+}
+
 }  // namespace
 }  // namespace oos

@@ -7,6 +7,7 @@
 #include "tools/contact/methods/answer_table.hpp"
 #include "tools/contact/methods/method.hpp"
 #include "tools/contact/methods/pose_table.hpp"
+#include "tools/contact/methods/setup.hpp"
 #include "tools/oos/meshes/verbs.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
@@ -22,23 +23,24 @@ and lines that begin with # are skipped.
 
 Output: signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us,force_error, one row for each pose.
   signed_distance_m   of the two bodies; negative: deepest penetration
-  fx,fy,fz            force on B per unit modulus, A's frame: integral over B's surface inside A of depth times B's
-                      inward normal dA, m^3
+  fx,fy,fz            force on B per unit modulus, A's frame: integral over the sampled surface inside the other body
+                      of depth times inward normal dA, of A's surface its opposite, m^3
   mx,my,mz            its moment about B's mesh origin, A's frame, m^4
   force_error         fast and oracle: estimate of the force's error, m^3
 
+Sampled is the body with the smaller feature (thinnest wall, narrowest gap), B where they are alike, whatever the
+method. Voxels and points follow from both bodies' features and the accuracy. What was chosen, and why, is printed.
+
 Methods:
-  paper    voxelmap of A, points of B. Force and moment are its own sums, lambda(n,N) sum V n in m and
-           lambda sum P x V n in m^2 [VR-OOS, Eq. 1-2]. Apart, the distance is a lower bound. --accuracy_m X takes
-           voxels of 3 X; by default a voxel is 1/256 of A's longest side; points default to one voxel apart.
-  fast     distance field of A; samples of B, and its surface, refined until the estimated error of the force is below
-           --accuracy: the integral above. Resolution as for paper.
+  paper    voxelmap of one body, points of the other. Force and moment are its own sums, lambda(n,N) sum V n in m and
+           lambda sum P x V n in m^2 [VR-OOS, Eq. 1-2]. Apart, the distance is a lower bound.
+  fast     distance field of one body; samples of the other, and its surface, refined until the estimated error of the
+           force is below --accuracy: the integral above.
   oracle   exact distance, depth to 1e-3, the integral to 1e-4. Slow. Takes no resolution.)";
 
 struct QueryRequest {
   std::string method;
-  contact::Resolution resolution;
-  double accuracy = contact::kAccuracy;  // of `fast`, relative
+  contact::SetupWish setup;
   double scale = 1.0;
   bool is_size_vouched = false;  // --scale was given: the user has checked the sizes
   double sheet_thickness_m = 0.0;
@@ -59,7 +61,7 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
   }
   if (arguments.has("--accuracy") && request.method != "fast") {
     return core::Fail(core::ErrorCode::kInvalidInput,
-                      "--accuracy: only --method fast takes a relative accuracy; --accuracy_m is that of a depth");
+                      "--accuracy: only --method fast takes one; of paper choose --voxel_m and --points");
   }
   const auto positive = [&](std::string_view name, double fallback) -> core::Result<double> {
     const auto value = arguments.number(name);
@@ -69,23 +71,25 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
     }
     return value->value_or(fallback);
   };
-  const auto relative = positive("--accuracy", request.accuracy);
-  const auto accuracy = positive("--accuracy_m", 0.0);
+  const auto accuracy = positive("--accuracy", request.setup.accuracy);
   const auto voxel = positive("--voxel_m", 0.0);
   const auto points = positive("--points", 0.0);
   const auto scale = positive("--scale", 1.0);
   const auto sheet = positive("--sheet_thickness_m", 0.0);
-  for (const auto* value : {&relative, &accuracy, &voxel, &points, &scale, &sheet}) {
+  for (const auto* value : {&accuracy, &voxel, &points, &scale, &sheet}) {
     if (!*value) return tl::unexpected(value->error());
-  }
-  if (*accuracy > 0.0 && (*voxel > 0.0 || *points > 0.0)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--accuracy_m chooses --voxel_m and --points: give it alone");
   }
   if (*points != std::floor(*points) || *points > 4e9) {
     return core::Fail(core::ErrorCode::kInvalidInput, "--points must be a whole number");
   }
-  request.resolution = {*accuracy, *voxel, static_cast<std::uint32_t>(*points)};
-  request.accuracy = *relative;
+  const std::string sampled = arguments.text("--sampled", "");
+  if (!sampled.empty() && sampled != "A" && sampled != "B") {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--sampled is A or B, not '" + sampled + "'");
+  }
+  if (!sampled.empty()) request.setup.is_A_sampled = sampled == "A";
+  request.setup.method = vps::MethodFromName(request.method);
+  request.setup.given = {*voxel, static_cast<std::uint32_t>(*points)};
+  request.setup.accuracy = *accuracy;
   request.scale = *scale;
   request.is_size_vouched = arguments.has("--scale");
   request.sheet_thickness_m = *sheet;
@@ -110,11 +114,13 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
   return Body{vps::ThickenSheet(checked->mesh, request.sheet_thickness_m), checked->report.box};
 }
 
-core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                          const QueryRequest& request) {
-  if (request.method == "oracle") return contact::MakeOracleMethod(A, B);
-  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution, {request.accuracy});
-  return contact::MakePaperMethod(A, B, request.resolution);
+// S is sampled, G is the field.
+core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& G, const vps::TriangleMesh& S,
+                                                          const QueryRequest& request,
+                                                          const contact::Resolution& resolution) {
+  if (request.method == "oracle") return contact::MakeOracleMethod(G, S);
+  if (request.method == "fast") return contact::MakeFastMethod(G, S, resolution, {request.setup.accuracy});
+  return contact::MakePaperMethod(G, S, resolution);
 }
 
 int RunQuery(const Arguments& arguments) {
@@ -138,8 +144,12 @@ int RunQuery(const Arguments& arguments) {
   if (!table) return fail(table.error());
 
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  auto method = MakeMethod(A->mesh, B->mesh, *request);
+  const contact::Setup setup = contact::ChooseSetup(A->mesh, B->mesh, request->setup);
+  std::printf("%s\n", setup.text.c_str());
+  auto method = setup.is_A_sampled ? MakeMethod(B->mesh, A->mesh, *request, setup.resolution)
+                                   : MakeMethod(A->mesh, B->mesh, *request, setup.resolution);
   if (!method) return fail(method.error());
+  if (setup.is_A_sampled) method = contact::Turned(std::move(*method));
   const std::int64_t built_ns = core::MonotonicNow_ns();
   for (const core::Pose& X_AB : *poses) {
     const std::int64_t start_ns = core::MonotonicNow_ns();
@@ -165,9 +175,9 @@ Verb QueryVerb() {
            {"--out", "FILE", "file for the results"},
            {"--method", "NAME", "paper (default), fast or oracle"},
            {"--accuracy", "X", "of fast: wanted error of the force over the integral of depth; default 0.02"},
-           {"--accuracy_m", "X", "wanted error of a depth, m"},
-           {"--voxel_m", "SIZE", "edge of a voxel of A's field, m"},
-           {"--points", "N", "points on B's surface"},
+           {"--voxel_m", "SIZE", "edge of a voxel, m; default: chosen by the bodies' features and the accuracy"},
+           {"--points", "N", "points on the sampled surface; default: one voxel apart, 1,000 to 100,000"},
+           {"--sampled", "A|B", "whose surface is integrated; default: the one with the smaller feature"},
            {"--scale", "S", "factor of both meshes' coordinates, 0.001 for millimetres; default 1"},
            {"--sheet_thickness_m", "T", "takes an open mesh as a sheet with two sides, T thick"}},
           RunQuery,

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/pose.hpp"
 #include "tools/oos/meshes/verbs.hpp"
 #include "vps/oracle/closed_form.hpp"
 #include "vps/testing/shapes.hpp"
@@ -184,7 +185,7 @@ TEST_F(QueryVerbTest, FastKeepsAnAccuracyAndGivesItsError) {
               HasSubstr("--method fast"));
 }
 
-// A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap.
+// A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap over its own surface.
 TEST_F(QueryVerbTest, AnOpenMeshIsASheetWithTwoSides) {
   vps::TriangleMesh plate{{{-0.05, -0.05, 0}, {0.05, -0.05, 0}, {0.05, 0.05, 0}, {-0.05, 0.05, 0}},
                           {{0, 1, 2}, {0, 2, 3}}};
@@ -195,7 +196,7 @@ TEST_F(QueryVerbTest, AnOpenMeshIsASheetWithTwoSides) {
   for (const char* method : {"oracle", "fast"}) {
     ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
                        {"query", sheet, ball, "--poses", poses, "--out", out(), "--method", method, "--voxel_m",
-                        "0.001", "--points", "40000", "--sheet_thickness_m", "0.004"}),
+                        "0.001", "--points", "40000", "--sheet_thickness_m", "0.004", "--sampled", "B"}),
               kHolds);
     const auto rows = ReadOut();
     ASSERT_EQ(rows.size(), 3U);
@@ -206,6 +207,115 @@ TEST_F(QueryVerbTest, AnOpenMeshIsASheetWithTwoSides) {
     }
     EXPECT_GT(rows[2].distance_m, 0.0);
   }
+}
+
+// Force on B and its moment about B's origin, in A's frame; the opposite on A, about A's origin, in B's frame.
+std::pair<glm::dvec3, glm::dvec3> OnTheOther(const Row& row, const core::Pose& X_AB) {
+  const glm::dvec3 moment_about_A = row.moment + glm::cross(X_AB.translation, row.force);
+  return {X_AB.inverse().rotate(-row.force), X_AB.inverse().rotate(-moment_about_A)};
+}
+
+// A needle of 1 mm whose end is pressed into a plate, askew.
+class NeedleOnAPlate : public QueryVerbTest {
+ protected:
+  void SetUp() override {
+    QueryVerbTest::SetUp();
+    plate_ = WriteMesh("plate.obj", vps::MakeBox({0.02, 0.02, 0.01}));
+    needle_ = WriteMesh("needle.obj", vps::MakeBox({0.001, 0.001, 0.03}));
+    X_PN_.rotation = core::QuaternionFromRotationVector({0.3, -0.2, 0.5});
+    X_PN_.translation = glm::dvec3(0.004, -0.007, 0.0048) - X_PN_.rotation * glm::dvec3(0.0, 0.0, -0.015);
+  }
+
+  // The first row; and what was printed.
+  Row Query(const std::string& A, const std::string& B, const core::Pose& X_AB, std::vector<std::string> more) {
+    std::ostringstream row;
+    row.precision(17);
+    const auto& p = X_AB.translation;
+    const auto& q = X_AB.rotation;
+    row << p.x << ',' << p.y << ',' << p.z << ',' << q.w << ',' << q.x << ',' << q.y << ',' << q.z << '\n';
+    std::vector<std::string> words{"query", A, B, "--poses", Write("poses.csv", row.str()), "--out", out()};
+    words.insert(words.end(), more.begin(), more.end());
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, words), kHolds);
+    printed_ = testing::internal::GetCapturedStdout();
+    const auto rows = ReadOut();
+    return rows.empty() ? Row{} : rows.front();
+  }
+
+  std::string plate_, needle_, printed_;
+  core::Pose X_PN_;
+};
+
+TEST_F(NeedleOnAPlate, GivesTheSameWrenchInEitherOrderAndAgreesWithTheOracle) {
+  const Row exact = Query(plate_, needle_, X_PN_, {"--method", "oracle"});
+  EXPECT_THAT(printed_, HasSubstr("B is sampled (smallest feature 1 mm, of A 10 mm)\n"));
+  ASSERT_GT(exact.force.z, 0.0);
+  for (const char* method : {"oracle", "fast"}) {
+    const Row second = Query(plate_, needle_, X_PN_, {"--method", method});
+    EXPECT_THAT(printed_, HasSubstr("B is sampled"));
+    const Row first = Query(needle_, plate_, X_PN_.inverse(), {"--method", method});
+    EXPECT_THAT(printed_, HasSubstr("A is sampled (smallest feature 1 mm, of B 10 mm)"));
+    const auto [force, moment] = OnTheOther(second, X_PN_);
+    const double size = glm::length(force);
+    EXPECT_LT(glm::distance(first.force, force), 1e-9 * size) << method;
+    EXPECT_LT(glm::distance(first.moment, moment), 1e-9 * size * 0.03) << method;
+    EXPECT_LT(glm::distance(second.force, exact.force), 0.02 * size) << method;
+    EXPECT_LT(glm::distance(second.moment, exact.moment), 0.02 * size * 0.03) << method;
+    EXPECT_NEAR(first.distance_m, second.distance_m, 1e-12) << method;
+  }
+}
+
+TEST_F(NeedleOnAPlate, GivesThePapersSumsInEitherOrder) {
+  const Row second = Query(plate_, needle_, X_PN_, {"--method", "paper"});
+  const Row first = Query(needle_, plate_, X_PN_.inverse(), {"--method", "paper"});
+  ASSERT_GT(second.contacts, 0.0);
+  const auto [force, moment] = OnTheOther(second, X_PN_);
+  EXPECT_LT(glm::distance(first.force, force), 1e-9 * glm::length(force));
+  EXPECT_LT(glm::distance(first.moment, moment), 1e-9 * glm::length(force) * 0.03);
+}
+
+TEST_F(NeedleOnAPlate, IsSampledOnTheSideThatIsAskedFor) {
+  const Row exact = Query(plate_, needle_, X_PN_, {"--method", "oracle", "--sampled", "A"});
+  EXPECT_THAT(printed_, HasSubstr("A is sampled (as asked for)\n"));
+  const Row fast = Query(plate_, needle_, X_PN_, {"--method", "fast", "--sampled", "A"});
+  EXPECT_THAT(printed_,
+              HasSubstr("A is sampled (as asked for); voxels of B 0.117 mm (1/256 of its longest side, 30 mm)"));
+  EXPECT_LT(glm::distance(fast.force, exact.force), 0.03 * glm::length(exact.force));
+  EXPECT_LT(glm::distance(fast.moment, exact.moment), 0.03 * glm::length(exact.force) * 0.03);
+}
+
+TEST_F(QueryVerbTest, OfEqualBodiesTheSecondIsSampled) {
+  const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string poses = Write("poses.csv", "0,0,0.0195,1,0,0,0\n");
+  testing::internal::CaptureStdout();
+  ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                     {"query", box, box, "--poses", poses, "--out", out(), "--voxel_m", "0.001", "--points", "4000"}),
+            kHolds);
+  EXPECT_THAT(
+      testing::internal::GetCapturedStdout(),
+      HasSubstr("B is sampled (smallest feature 20 mm, of A 20 mm); voxels of A 1 mm (as asked for); points on B "
+                "4000 (as asked for)"));
+}
+
+// A peg of 10 mm in a hole with 0.1 mm on each side, pressed aside by a quarter of that: the voxels chosen for an
+// accuracy keep it.
+TEST_F(QueryVerbTest, AnAccuracyHoldsInAClearance) {
+  const std::string hole = WriteMesh("hole.obj", vps::MakeBlockWithHole(0.04, 0.01, 0.0051, 64));
+  const std::string peg = WriteMesh("peg.obj", vps::MakeCylinder(0.005, 0.02, 64));
+  const std::string poses = Write("poses.csv", "0.000125,0,0.001,1,0,0,0\n");
+  Row rows[2];
+  for (int i = 0; i < 2; ++i) {
+    testing::internal::CaptureStdout();
+    std::vector<std::string> words{"query", hole, peg, "--poses", poses, "--out", out(), "--method"};
+    if (i == 0) words.push_back("oracle");
+    if (i == 1) words.insert(words.end(), {"fast", "--accuracy", "0.05"});
+    ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, words), kHolds);
+    const std::string printed = testing::internal::GetCapturedStdout();
+    EXPECT_EQ(i == 1, printed.find("the accuracy in a clearance of 0.0999 mm") != std::string::npos) << printed;
+    rows[i] = ReadOut().front();
+  }
+  ASSERT_LT(rows[0].force.x, 0.0);
+  EXPECT_LT(glm::distance(rows[0].force, rows[1].force), 0.05 * glm::length(rows[0].force));
 }
 
 TEST_F(QueryVerbTest, AMeshInTheWrongUnitGivesOneLine) {
@@ -240,8 +350,10 @@ TEST_F(QueryVerbTest, BadInputGivesOneLineAndLeavesNothing) {
               HasSubstr("--voxel_m"));
   EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--voxel_m", "1e-6"}),
               HasSubstr("voxel"));
-  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--accuracy_m", "1", "--points", "9"}),
-              HasSubstr("alone"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--accuracy_m", "1"}),
+              HasSubstr("--accuracy"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--sampled", "both"}),
+              HasSubstr("--sampled is A or B"));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include "bus/log/channel_copier.hpp"
 #include "bus/log/mcap_indexed_reader.hpp"
-#include "scene/load_scenario.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "tools/oos/pictures/picture_source.hpp"
 #include "tools/oos/record/verbs.hpp"
 #include "tools/oos/record/view_export.hpp"
@@ -59,7 +59,7 @@ int RunExport(const Arguments& arguments) {
   if (file.empty()) {
     return Complain("export", from + " does not name its scenario; give it with --scenario", kBadUsage);
   }
-  const auto scenario = scene::LoadScenario(file);
+  const auto scenario = collision::LoadResolvedScenario(file);
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) {
       Complain("export", scene::Format(diagnostic), kBadUsage);

@@ -1,10 +1,10 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "collision/resolution/choose_resolutions.hpp"
 #include "nodes/lockstep/replay_steps.hpp"
 #include "replay/open_step_log.hpp"
 #include "replay/platform.hpp"
-#include "scene/load_scenario.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/pictures/picture_source.hpp"
 #include "tools/oos/pictures/video.hpp"
@@ -26,7 +26,7 @@ core::Result<scene::Scenario> FindScenario(const Arguments& arguments, const std
   std::filesystem::path path = arguments.text("--scenario", TextOrUnknown(recorded.about, "scenario"));
   std::error_code error;
   if (!arguments.has("--scenario") && !std::filesystem::exists(path, error)) path = file.parent_path() / path;
-  auto scenario = scene::LoadScenario(path);
+  auto scenario = collision::LoadResolvedScenario(path);
   if (!scenario) {
     return core::Fail(core::ErrorCode::kNotFound,
                       scene::Format(scenario.error().front()) + "; name the scenario of the recording with --scenario");

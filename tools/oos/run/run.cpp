@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bus/log/merge_mcap.hpp"
+#include "collision/resolution/choose_resolutions.hpp"
 #include "lab/lab.hpp"
 #include "nodes/device_bridge/devices/make_device.hpp"
 #include "nodes/lockstep/lockstep.hpp"
@@ -269,13 +270,22 @@ std::string CouplingOf(const Arguments& arguments, const scene::Scenario& scenar
   return arguments.text("--coupling", is_papers ? "paper" : scenario.coupling.type);
 }
 
+// Resolutions that the scenario leaves open follow from the method. False: a mesh is gone, and that was said.
+bool SetMethod(const std::string& method, scene::Scenario* scenario) {
+  if (method == scenario->method) return true;
+  scenario->method = method;
+  const auto chosen = collision::ChooseResolutions(scenario);
+  if (!chosen) Complain("run", scene::Format(chosen.error().front()), kBadUsage);
+  return chosen.has_value();
+}
+
 // Runs each method in turn, each in a folder of its own, and writes a table of both.
 int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
   std::vector<nlohmann::json> reports;
   int worst = kHolds;
   for (const char* method : {"paper", "fast"}) {
     scene::Scenario one = scenario;
-    one.method = method;
+    if (!SetMethod(method, &one)) return kBadUsage;
     one.coupling.type = CouplingOf(arguments, scenario, method);
     Wanted its = wanted;
     its.out = wanted.out / one.method;
@@ -331,7 +341,7 @@ int RunOnThisMachine(const Arguments& arguments) {
   if (!is_both && !vps::MethodFromName(method)) {
     return Complain("run", "--method is paper, fast or both, not '" + method + "'", kBadUsage);
   }
-  if (!is_both) scenario.method = method;
+  if (!is_both && !SetMethod(method, &scenario)) return kBadUsage;
   scenario.coupling.type = CouplingOf(arguments, scenario, method);
   if (scenario.coupling.type != "paper" && scenario.coupling.type != "god_object") {
     return Complain("run", "--coupling is paper or god_object, not '" + scenario.coupling.type + "'", kBadUsage);
