@@ -11,8 +11,7 @@ namespace vps {
 // on the points.
 class PointGrid {
  public:
-  PointGrid(const std::vector<glm::dvec3>& points, double cell_size_m)
-      : points_(points), inverse_cell_(1.0 / cell_size_m) {
+  PointGrid(const std::vector<glm::dvec3>& points, double cell_size_m) : inverse_cell_(1.0 / cell_size_m) {
     std::size_t num_buckets = 64;
     while (num_buckets < 2 * points.size()) num_buckets *= 2;
     mask_ = num_buckets - 1;
@@ -21,7 +20,10 @@ class PointGrid {
     for (std::size_t b = 0; b < num_buckets; ++b) starts_[b + 1] += starts_[b];
     items_.resize(points.size());
     std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
-    for (std::uint32_t i = 0; i < points.size(); ++i) items_[next[Bucket(CellOf(points[i]))]++] = i;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const glm::ivec3 cell = CellOf(points[i]);
+      items_[next[Bucket(cell)]++] = {cell, i};
+    }
   }
 
   [[nodiscard]] glm::ivec3 CellOf(const glm::dvec3& p) const { return glm::ivec3(glm::floor(p * inverse_cell_)); }
@@ -57,7 +59,7 @@ class PointGrid {
   void ForCell(const glm::ivec3& cell, Visit&& visit) const {
     const std::size_t bucket = Bucket(cell);
     for (std::uint32_t k = starts_[bucket]; k < starts_[bucket + 1]; ++k) {
-      if (CellOf(points_[items_[k]]) == cell) visit(items_[k]);  // other cells may share the bucket
+      if (items_[k].cell == cell) visit(items_[k].point);  // other cells may share the bucket
     }
   }
 
@@ -69,10 +71,14 @@ class PointGrid {
     return static_cast<std::size_t>(h * 0xbf58476d1ce4e5b9ULL >> 20) & mask_;
   }
 
-  const std::vector<glm::dvec3>& points_;
+  struct Item {
+    glm::ivec3 cell;
+    std::uint32_t point;
+  };
   double inverse_cell_;
   std::size_t mask_ = 0;
-  std::vector<std::uint32_t> starts_, items_;
+  std::vector<std::uint32_t> starts_;
+  std::vector<Item> items_;
 };
 
 }  // namespace vps

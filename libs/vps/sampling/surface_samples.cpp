@@ -8,6 +8,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "vps/pointshell/crowd_heap.hpp"
 #include "vps/pointshell/pointshell.hpp"
@@ -21,6 +22,9 @@ namespace {
 // Neither is derived: more candidates and rounds spread the points more evenly and take time.
 constexpr std::uint32_t kCandidatesPerPoint = 4;
 constexpr int kRelaxations = 2;
+// Panels that are made while they are counted, 300 MB of them; more are made after it is known that they fit. Not
+// derived: enough for the points that scenarios have.
+constexpr std::size_t kMostKeptPanels = 1U << 22U;
 
 using Progress = std::function<void(std::string_view, double)>;
 
@@ -149,11 +153,12 @@ core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num
 
 // Of what is needed for so many panels and points.
 core::Result<double> CheckedBytes(std::size_t num_panels, std::uint32_t num_points) {
-  // A panel, its owner and its place in the owners' order; a point's candidates with their heap, grid and neighbours
-  // (about fifteen each), and what is kept of it.
+  // A panel, its owner and its place in the owners' order; before there are points, the panels kept of counting, and
+  // then a point's candidates with their heap, grid and neighbours (about fifteen each), and what is kept of it.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + 2 * sizeof(std::uint32_t);
   constexpr double kBytesPerPoint = 1000.0;
-  const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + kBytesPerPoint * num_points;
+  const double kept = sizeof(SurfacePanel) * static_cast<double>(std::min(num_panels, kMostKeptPanels));
+  const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + std::max(kept, kBytesPerPoint * num_points);
   if (bytes <= kMostSamplingBytes) return bytes;
   char text[200];
   std::snprintf(
@@ -169,7 +174,7 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
   const auto area_m2 = AreaToSample_m2(mesh, num_points);
   if (!area_m2) return tl::unexpected(area_m2.error());
   const SampleSpacing spacing(mesh, *area_m2, num_points);
-  return CheckedBytes(CountPanels(mesh, spacing, kPanelSize).back(), num_points);
+  return CheckedBytes(CountPanels(mesh, spacing, kPanelSize).begins.back(), num_points);
 }
 
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points, const Progress& progress,
@@ -179,9 +184,9 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   const double area_m2 = *checked_area_m2;
   if (progress) progress("points: panels", 0.0);
   const SampleSpacing spacing(mesh, area_m2, num_points);
-  const std::vector<std::size_t> begins = CountPanels(mesh, spacing, kPanelSize, workers);
-  if (const auto bytes = CheckedBytes(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, kPanelSize, begins, workers);
+  PanelCount count = CountPanels(mesh, spacing, kPanelSize, kMostKeptPanels, workers);
+  if (const auto bytes = CheckedBytes(count.begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, kPanelSize, std::move(count), workers);
   Places places =
       Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress, workers);
 
