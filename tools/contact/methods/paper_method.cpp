@@ -63,11 +63,11 @@ std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bo
 }
 
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                      const Resolution& resolution) {
+                                                      const Resolution& resolution, const Cooking& cooking) {
   const Resolution resolved = ResolveResolution(A, B, resolution);
-  auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kPaper});
+  auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kPaper}, cooking.progress_A, cooking.workers);
   if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
-  auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kPaper});
+  auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kPaper}, cooking.progress_B, cooking.workers);
   if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
   return MakePaperMethod(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
                          std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), SurfaceArea(B), false);

@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <memory>
 
+#include "bus/rt/worker_pool.hpp"
 #include "core/clock.hpp"
 #include "tools/contact/methods/answer_table.hpp"
 #include "tools/contact/methods/method.hpp"
 #include "tools/contact/methods/pose_table.hpp"
+#include "tools/oos/meshes/progress_line.hpp"
 #include "tools/oos/meshes/verbs.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
@@ -113,8 +115,12 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
 core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                           const QueryRequest& request) {
   if (request.method == "oracle") return contact::MakeOracleMethod(A, B);
-  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution, {request.accuracy});
-  return contact::MakePaperMethod(A, B, request.resolution);
+  ProgressLine line_A("A", stderr, false);
+  ProgressLine line_B("B", stderr, false);
+  bus::WorkerPool workers(NumCookWorkers(), "cook");
+  const contact::Cooking cooking{line_A.AsProgress(), line_B.AsProgress(), &workers};
+  if (request.method == "paper") return contact::MakePaperMethod(A, B, request.resolution, cooking);
+  return contact::MakeFastMethod(A, B, request.resolution, {request.accuracy}, cooking);
 }
 
 int RunQuery(const Arguments& arguments) {
