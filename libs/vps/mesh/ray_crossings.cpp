@@ -8,9 +8,9 @@ namespace vps {
 namespace {
 
 // About unit, and along no edge, plane or diagonal that a part's designer would choose. Else not derived.
-constexpr std::array<glm::dvec3, 4> kDirections = {glm::dvec3{0.5127, 0.3394, 0.7886}, glm::dvec3{-0.6913, 0.6371, 0.3411},
-                                                   glm::dvec3{0.2731, -0.8517, -0.4473},
-                                                   glm::dvec3{-0.4239, -0.2687, 0.8649}};
+constexpr std::array<glm::dvec3, 4> kDirections = {
+    glm::dvec3{0.5127, 0.3394, 0.7886}, glm::dvec3{-0.6913, 0.6371, 0.3411}, glm::dvec3{0.2731, -0.8517, -0.4473},
+    glm::dvec3{-0.4239, -0.2687, 0.8649}};
 
 // Of the sizes that a product is made of: a smaller one has no sure sign. Five hundred times the rounding of a double.
 constexpr double kSure = 1e-13;

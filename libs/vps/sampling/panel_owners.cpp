@@ -89,9 +89,7 @@ class RunOfPanels {
     around_.clear();
     constexpr double kPad = 1.0 + 1e-9;  // against rounding
     const double reach_m = kReach * most_m_ * kPad;
-    const glm::dvec3 middle = 0.5 * (box_.lower + box_.upper);
-    const double radius_m = 0.5 * glm::length(box_.upper - box_.lower) * kPad + reach_m;
-    grid_.ForWithin(middle, radius_m, least_m_, most_m_, [&](std::uint32_t i, double level_m) {
+    grid_.ForNearBox(box_.lower, box_.upper, reach_m, least_m_, most_m_, [&](std::uint32_t i, double level_m) {
       const glm::dvec3& p = places_.points_m[i];
       const glm::dvec3 out = glm::max(glm::max(box_.lower - p, p - box_.upper), 0.0);
       if (glm::dot(out, out) <= reach_m * reach_m) around_.push_back({p, places_.normals[i], level_m, i});

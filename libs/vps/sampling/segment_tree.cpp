@@ -10,6 +10,8 @@ namespace {
 
 // Free: answers do not depend on it. Of 8 to 1000, 64 to 128 took the least time on a gear of 20,000 triangles.
 constexpr std::size_t kMostListed = 64;
+// Free likewise: after a list was too long, the next one is tried with a reach shorter by this factor.
+constexpr double kShorter = 0.5;
 
 // The boxes of triangles without area are those of their edges and corners.
 BoxTree TreeOf(const std::vector<std::array<glm::dvec3, 2>>& segments) {
@@ -42,7 +44,10 @@ inline double SegmentTree::SquaredDistance(std::uint32_t item, const glm::dvec3&
 }
 
 SegmentTree::SegmentTree(std::vector<std::array<glm::dvec3, 2>> segments)
-    : segments_(std::move(segments)), tree_(TreeOf(segments_)), nearest_(BoxesOf(segments_)), leaf_of_(segments_.size()) {
+    : segments_(std::move(segments)),
+      tree_(TreeOf(segments_)),
+      nearest_(BoxesOf(segments_)),
+      leaf_of_(segments_.size()) {
   for (std::uint32_t n = 0; n < tree_.nodes.size(); ++n) {
     const BoxTree::Node& node = tree_.nodes[n];
     if (node.left != 0) continue;
@@ -92,6 +97,9 @@ SegmentTree::Nearby SegmentTree::Narrow(const Nearby& nearby, const glm::dvec3& 
     }
     return narrow;
   }
+  narrow.listless_m = nearby.listless_m;
+  narrow.is_listed = false;
+  if (reach_m > kShorter * nearby.listless_m) return narrow;
   double limit_m2 = squared_m2;
   nearest_.ForNearer(centre, &limit_m2, [&](std::uint32_t i) {
     if (!(SquaredDistance(i, centre) < squared_m2) || !Contains(nearby, i)) return;
@@ -99,7 +107,10 @@ SegmentTree::Nearby SegmentTree::Narrow(const Nearby& nearby, const glm::dvec3& 
     if (narrow.items.size() > kMostListed) limit_m2 = 0.0;  // nothing is nearer: ends the search
   });
   narrow.is_listed = narrow.items.size() <= kMostListed;
-  if (!narrow.is_listed) narrow.items.clear();
+  if (!narrow.is_listed) {
+    narrow.items.clear();
+    narrow.listless_m = reach_m;
+  }
   return narrow;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "vps/mesh/box_tree.hpp"
@@ -24,6 +25,7 @@ class SegmentTree {
     double reach_m = 0.0;
     bool is_listed = false;
     std::vector<std::uint32_t> items;
+    double listless_m = std::numeric_limits<double>::infinity();  // last reach for which a list was too long
     [[nodiscard]] bool is_empty() const { return is_listed && items.empty(); }
   };
   [[nodiscard]] Nearby Around(const Box& box) const;

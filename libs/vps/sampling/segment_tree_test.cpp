@@ -78,7 +78,8 @@ TEST(SegmentTree, LeavesOutWhatNarrowingLeftOut) {
     const SegmentTree::Nearby narrow = tree.Narrow(wide, second, i % 2 == 0 ? 0.5 : 0.1);
     Segments left;
     for (const auto& segment : segments) {
-      if (Distance(segment, first) < 0.6 && Distance(segment, second) < (i % 2 == 0 ? 0.5 : 0.1)) left.push_back(segment);
+      if (Distance(segment, first) < 0.6 && Distance(segment, second) < (i % 2 == 0 ? 0.5 : 0.1))
+        left.push_back(segment);
     }
     num_searched += narrow.is_listed ? 0 : 1;
     const glm::dvec3 p = second + random.Place();  // as likely outside the reaches as inside

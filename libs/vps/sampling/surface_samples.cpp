@@ -141,6 +141,41 @@ struct Cell {
   glm::dvec3 normal{0.0};  // times area
 };
 
+// The panels of each cell are added in their order, whoever does it: a task adds those of its share of the cells.
+std::vector<Cell> SumCells(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
+                           std::uint32_t num_points, core::ParallelFor* workers) {
+  constexpr std::size_t kShares = 8;  // free: enough for some workers; each looks at all owners
+  std::vector<Cell> cells(num_points);
+  core::ForEach(workers, kShares, [&](std::size_t share) {
+    const std::size_t begin = share * num_points / kShares;
+    const std::size_t end = (share + 1) * num_points / kShares;
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+      if (owners[i] < begin || owners[i] >= end) continue;  // that of nobody's panels is no cell
+      Cell& cell = cells[owners[i]];
+      cell.area_m2 += panels[i].area_m2;
+      cell.place += panels[i].area_m2 * panels[i].centroid_m;
+      cell.normal += panels[i].area_m2 * panels[i].normal;
+    }
+  });
+  return cells;
+}
+
+// Largest radius of a cell about its point.
+double FindReach_m(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
+                   const std::vector<glm::dvec3>& points_m, core::ParallelFor* workers) {
+  constexpr std::size_t kPanelsOfBlock = 1U << 16U;  // free
+  std::vector<double> reaches_m((panels.size() + kPanelsOfBlock - 1) / kPanelsOfBlock, 0.0);
+  core::ForEach(workers, reaches_m.size(), [&](std::size_t block) {
+    const std::size_t end = std::min((block + 1) * kPanelsOfBlock, panels.size());
+    for (std::size_t i = block * kPanelsOfBlock; i < end; ++i) {
+      if (owners[i] == kNobody) continue;
+      const double here_m = glm::length(panels[i].centroid_m - points_m[owners[i]]) + panels[i].radius_m;
+      reaches_m[block] = std::max(reaches_m[block], here_m);
+    }
+  });
+  return *std::max_element(reaches_m.begin(), reaches_m.end());
+}
+
 core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num_points) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
@@ -195,14 +230,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   for (int round = 0; round < kRelaxations; ++round) {
     if (progress) progress("points: areas", static_cast<double>(round) / kRelaxations);
     owners = FindOwners(panels, places, workers);
-    cells.assign(num_points, {});
-    for (std::size_t i = 0; i < panels.size(); ++i) {
-      if (owners[i] == kNobody) continue;
-      Cell& cell = cells[owners[i]];
-      cell.area_m2 += panels[i].area_m2;
-      cell.place += panels[i].area_m2 * panels[i].centroid_m;
-      cell.normal += panels[i].area_m2 * panels[i].normal;
-    }
+    cells = SumCells(panels, owners, num_points, workers);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (cells[i].area_m2 == 0.0) continue;
       places.points_m[i] = cells[i].place / cells[i].area_m2;
@@ -217,11 +245,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
     samples.inward_normals.push_back(cells[i].area_m2 > 0.0 ? -cells[i].normal / cells[i].area_m2 : -places.normals[i]);
     samples.areas_m2.push_back(cells[i].area_m2 * (area_m2 / given_m2));
   }
-  for (std::size_t i = 0; i < panels.size(); ++i) {
-    if (owners[i] == kNobody) continue;
-    samples.reach_m =
-        std::max(samples.reach_m, glm::length(panels[i].centroid_m - samples.points_m[owners[i]]) + panels[i].radius_m);
-  }
+  samples.reach_m = FindReach_m(panels, owners, samples.points_m, workers);
   return samples;
 }
 
