@@ -149,7 +149,7 @@ namespace {
 // A mesh file in one role, as it is cached: a part that is a field here, and there is sampled too, is built once.
 struct Role {
   CookParameters parameters;
-  std::filesystem::path file;
+  std::filesystem::path file{};
   std::uint64_t key = 0;
   core::Result<CookedObject> object = {};
 };
