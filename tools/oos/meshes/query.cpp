@@ -95,12 +95,12 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
 }
 
 // Checks and repairs the mesh; prints the repairs to stderr. An open mesh becomes a sheet if a thickness was given.
-core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request) {
+core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request, core::ParallelFor* workers) {
   const auto triangles = vps::LoadTriangles(file, request.scale);
   if (!triangles) return tl::unexpected(triangles.error());
-  auto checked = vps::CheckMesh(*triangles);
+  auto checked = vps::CheckMesh(*triangles, false, workers);
   const bool is_sheet = !checked && request.sheet_thickness_m > 0.0;
-  if (is_sheet) checked = vps::CheckMesh(*triangles, true);
+  if (is_sheet) checked = vps::CheckMesh(*triangles, true, workers);
   if (!checked) return core::Fail(checked.error().code, file + ": the mesh " + checked.error().detail);
   if (const auto good = vps::CheckPartSize(file, checked->report.box); !good && !request.is_size_vouched) {
     return tl::unexpected(good.error());
@@ -113,12 +113,11 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
 }
 
 core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                          const QueryRequest& request) {
+                                                          const QueryRequest& request, core::ParallelFor* workers) {
   if (request.method == "oracle") return contact::MakeOracleMethod(A, B);
   ProgressLine line_A("A", stderr, false);
   ProgressLine line_B("B", stderr, false);
-  bus::WorkerPool workers(NumCookWorkers(), "cook");
-  const contact::Cooking cooking{line_A.AsProgress(), line_B.AsProgress(), &workers};
+  const contact::Cooking cooking{line_A.AsProgress(), line_B.AsProgress(), workers};
   if (request.method == "paper") return contact::MakePaperMethod(A, B, request.resolution, cooking);
   return contact::MakeFastMethod(A, B, request.resolution, {request.accuracy}, cooking);
 }
@@ -133,9 +132,10 @@ int RunQuery(const Arguments& arguments) {
   if (!poses) return fail(poses.error());
   const std::string& file_A = arguments.positional()[0];
   const std::string& file_B = arguments.positional()[1];
-  const auto A = ReadBody(file_A, *request);
+  bus::WorkerPool workers(NumCookWorkers(), "cook");
+  const auto A = ReadBody(file_A, *request, &workers);
   if (!A) return fail(A.error());
-  const auto B = ReadBody(file_B, *request);
+  const auto B = ReadBody(file_B, *request, &workers);
   if (!B) return fail(B.error());
   if (const auto good = vps::CheckSameUnit(file_A, A->box, file_B, B->box); !good && !request->is_size_vouched) {
     return fail(good.error());
@@ -144,7 +144,7 @@ int RunQuery(const Arguments& arguments) {
   if (!table) return fail(table.error());
 
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  auto method = MakeMethod(A->mesh, B->mesh, *request);
+  auto method = MakeMethod(A->mesh, B->mesh, *request, &workers);
   if (!method) return fail(method.error());
   const std::int64_t built_ns = core::MonotonicNow_ns();
   for (const core::Pose& X_AB : *poses) {
