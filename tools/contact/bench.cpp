@@ -75,7 +75,7 @@ void MeasureParts(const PartsAndWorkloads& made, const std::vector<Contender>& c
 core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   if (const auto made = bench::MakePlotFolder(options.plot); !made) return made;
   std::vector<std::string> known = PartsNames();
-  known.insert(known.end(), {"heldout", "scenes", "slide", "scene", "reads", "build"});
+  known.insert(known.end(), {"heldout", "scenes", "slide", "scene", "reads", "cook", "build"});
   const auto only = bench::ReadNames(options.only, known);
   if (!only) return tl::unexpected(only.error());
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -120,6 +120,10 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     if (!is_wanted(name)) continue;
     print_progress(name);
     study(&report);
+  }
+  if (is_wanted("cook")) {
+    print_progress("cook");
+    StudyCook(options.places, &report);
   }
   if (peers.study_build && is_wanted("build")) peers.study_build(options.places, &report);
   if (!options.plot.empty()) {

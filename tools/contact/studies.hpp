@@ -52,6 +52,9 @@ void StudyScene(Report* report);
 // Time of one random read [ns] against the size of the table.
 void StudyReads(Report* report);
 
+// Time of checking a mesh of about 1e5 triangles and building both roles of `fast`, with one and two threads.
+void StudyCook(const Places& places, Report* report);
+
 // Errors of the whole wrench of `fast`, sampling included: a row for each workload and point count.
 void ReportWrenches(const std::vector<Measurement>& all, Report* report);
 

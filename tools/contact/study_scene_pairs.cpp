@@ -50,7 +50,7 @@ std::vector<Entrant> EntrantsOf() {
     if (!A) return tl::unexpected(A.error());
     const auto B = structures->Get({true, vps::Method::kPaper, 0.0, resolution.num_points});
     if (!B) return tl::unexpected(B.error());
-    return MakePaperMethod(*A, *B, SurfaceArea(parts.B), true);
+    return MakePaperMethod(*A, *B, vps::SurfaceArea_m2(parts.B), true);
   };
   std::vector<Entrant> entrants = {{"paper", "the scene's points", "", make_paper}};
   for (const double accuracy : kAccuracies) {
@@ -135,7 +135,7 @@ void StudyScenePairs(const Places& places, Report* report) {
       keys.push_back({false, method, made->resolution.voxel_size_m, 0});
       keys.push_back({true, method, 0.0, made->resolution.num_points});
     }
-    const double area_B_m2 = SurfaceArea(c.B);
+    const double area_B_m2 = vps::SurfaceArea_m2(c.B);
     const auto is_felt = [&](const ReferencePose& pose) { return IsFelt(pose, area_B_m2); };
     Measure(c, made->resolution, WithReferences(c, &num_without), entrants, keys, is_felt, &samples);
   }

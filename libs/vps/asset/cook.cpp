@@ -59,6 +59,34 @@ double LongestPatch_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);
 }
 
+// The sampled side of `fast`.
+core::Result<void> AddSamples(const TriangleMesh& solid, std::uint32_t num_points, const Progress& progress,
+                              core::ParallelFor* workers, CookedObject* object) {
+  std::vector<SurfaceSamples> levels;  // from fine to coarse
+  for (std::uint32_t n = num_points; levels.empty() || n >= kFewestSamples; n /= 4) {
+    auto samples = SampleSurface(solid, n, progress, workers);
+    if (!samples) return tl::unexpected(samples.error());
+    levels.push_back(std::move(*samples));
+  }
+  if (progress) progress("points: trees", 0.0);
+  object->samples.emplace();
+  object->coarser.resize(levels.size() - 1);
+  object->surface.emplace();
+  // One worker builds one of them.
+  core::ForEach(workers, levels.size(), [&](std::size_t i) {
+    (i == 0 ? *object->samples : object->coarser[i - 1]) = BuildSampleTree(levels[i]);
+  });
+  core::ForEach(workers, 2, [&](std::size_t i) {
+    if (i == 0) {
+      *object->surface = BuildSurfaceTree(solid, LongestPatch_m(object->samples->area_m2, num_points));
+    } else {
+      AddPieces(solid, &*object->samples);
+    }
+  });
+  if (progress) progress("points: trees", 1.0);
+  return {};
+}
+
 core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters& parameters, const Progress& progress,
                                  core::ParallelFor* workers) {
   CookedObject object;
@@ -70,7 +98,7 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
   if (parameters.method == Method::kFast) {
     if (parameters.voxel_size_m != 0.0) {
       auto field = BuildField(solid, parameters.voxel_size_m,
-                              {.signs = IsSimpleSolid(solid) ? Signs::kNormals : Signs::kWinding,
+                              {.signs = IsSimpleSolid(solid, workers) ? Signs::kNormals : Signs::kWinding,
                                .workers = workers,
                                .progress = progress});
       if (!field) return tl::unexpected(field.error());
@@ -80,15 +108,9 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
       if (progress) progress("bends of the field", 1.0);
     }
     if (parameters.num_points != 0) {
-      auto samples = BuildSampleTree(solid, parameters.num_points, progress, workers);
-      if (!samples) return tl::unexpected(samples.error());
-      object.samples = std::move(*samples);
-      for (std::uint32_t n = parameters.num_points / 4; n >= kFewestSamples; n /= 4) {
-        const auto coarser = SampleSurface(solid, n, progress, workers);
-        if (!coarser) return tl::unexpected(coarser.error());
-        object.coarser.push_back(BuildSampleTree(*coarser));
+      if (const auto sampled = AddSamples(solid, parameters.num_points, progress, workers, &object); !sampled) {
+        return tl::unexpected(sampled.error());
       }
-      object.surface = BuildSurfaceTree(solid, LongestPatch_m(object.samples->area_m2, parameters.num_points));
     }
     return object;
   }
@@ -127,7 +149,7 @@ namespace {
 // A mesh file in one role, as it is cached: a part that is a field here, and there is sampled too, is built once.
 struct Role {
   CookParameters parameters;
-  std::filesystem::path file;
+  std::filesystem::path file{};
   std::uint64_t key = 0;
   core::Result<CookedObject> object = {};
 };
@@ -183,7 +205,7 @@ core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const Co
   }
   std::optional<CheckedMesh> mesh;
   if (!is_cached) {
-    auto checked = CheckMesh(*triangles, parameters.sheet_half_thickness_m > 0.0);
+    auto checked = CheckMesh(*triangles, parameters.sheet_half_thickness_m > 0.0, workers);
     if (!checked) return core::Fail(checked.error().code, mesh_file.string() + ": the mesh " + checked.error().detail);
     if (const auto good = CheckPartSize(mesh_file.string(), checked->report.box); !good) {
       return tl::unexpected(good.error());

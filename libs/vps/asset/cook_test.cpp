@@ -5,7 +5,10 @@
 #include <fstream>
 #include <string>
 
+#include "core/testing/backward_threads.hpp"
+#include "vps/asset/cooked_file.hpp"
 #include "vps/asset/cooked_object.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {
@@ -93,6 +96,29 @@ TEST_F(Cooking, NamesTheFileThatIsMissing) {
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().code, core::ErrorCode::kNotFound);
   EXPECT_NE(result.error().detail.find("none.obj"), std::string::npos);
+}
+
+// Of two bodies that pass through each other, so that the winding number is asked, with all that is cooked for `fast`.
+TEST_F(Cooking, GivesTheSameBytesWithAnyNumberOfWorkers) {
+  TriangleMesh mesh = MakeTorus(0.03, 0.012, 64, 32);
+  const TriangleMesh other = MakeBox({0.05, 0.02, 0.01});
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const auto& t : other.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  const auto bytes_by = [&](core::ParallelFor* workers) {
+    const auto cooked = Cook(mesh, {0.001, 4096, Method::kFast}, {}, workers);
+    EXPECT_TRUE(cooked);
+    EXPECT_EQ(cooked->coarser.size(), 2U);  // 1024 and 256
+    EXPECT_TRUE(WriteCookedFile(folder_ / "cooked.vps", 1, *cooked));
+    std::ifstream file(folder_ / "cooked.vps", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string alone = bytes_by(nullptr);
+  EXPECT_GT(alone.size(), 100'000U);
+  for (const int threads : {1, 2, 5}) {
+    core::test::BackwardThreads workers(threads);
+    EXPECT_TRUE(bytes_by(&workers) == alone) << threads << " workers";
+  }
 }
 
 }  // namespace

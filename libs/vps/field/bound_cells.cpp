@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "vps/field/voxel_falls.hpp"
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace vps {
 namespace {

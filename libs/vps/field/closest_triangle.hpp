@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "vps/field/settled_signs.hpp"
-#include "vps/field/wide_box_tree.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/mesh/trusted_normals.hpp"
+#include "vps/mesh/wide_box_tree.hpp"
 #include "vps/mesh/winding_number.hpp"
 
 namespace vps {

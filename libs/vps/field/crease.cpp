@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace vps {
 namespace {

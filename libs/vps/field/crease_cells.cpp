@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace vps {
 namespace {

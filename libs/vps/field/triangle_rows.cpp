@@ -6,7 +6,7 @@
 #include <iterator>
 #include <limits>
 
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace vps {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace vps {
 namespace {

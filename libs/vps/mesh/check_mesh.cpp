@@ -287,8 +287,8 @@ double VolumeOf(const TriangleMesh& mesh, const Box& box) {
   return volume;
 }
 
-void FindCrossingPlaces(Work* work, std::size_t num_own, MeshReport* report) {
-  const auto crossings = FindCrossings(work->mesh, MeshReport::kMaxCrossings);
+void FindCrossingPlaces(Work* work, std::size_t num_own, core::ParallelFor* workers, MeshReport* report) {
+  const auto crossings = FindCrossings(work->mesh, MeshReport::kMaxCrossings, workers);
   report->num_crossings = crossings.size();
   // Reported places are at least 2 % of the box's diagonal apart (not derived): eight neighbours would be one place.
   const double apart_m = 0.02 * glm::length(report->box.upper - report->box.lower);
@@ -304,7 +304,7 @@ void FindCrossingPlaces(Work* work, std::size_t num_own, MeshReport* report) {
 
 }  // namespace
 
-bool IsSimpleSolid(const TriangleMesh& mesh) {
+bool IsSimpleSolid(const TriangleMesh& mesh, core::ParallelFor* workers) {
   const std::vector<EdgeUse> edges = SortedEdges(mesh);
   for (std::size_t i = 0; i < edges.size(); i += 2) {
     if (EndOfEdge(edges, i) != i + 2 || edges[i].is_forward == edges[i + 1].is_forward) return false;
@@ -317,10 +317,10 @@ bool IsSimpleSolid(const TriangleMesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!HasArea(mesh, i)) return false;
   }
-  return !mesh.triangles.empty() && !HasSelfIntersection(mesh);
+  return !mesh.triangles.empty() && !HasSelfIntersection(mesh, workers);
 }
 
-core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
+core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet, core::ParallelFor* workers) {
   if (const auto good = CheckNumbers(mesh); !good) return tl::unexpected(good.error());
   CheckedMesh checked;
   MeshReport& report = checked.report;
@@ -367,8 +367,8 @@ core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
     report.volume_m3 = VolumeOf(work.mesh, report.box);
     if (!(std::abs(report.volume_m3) > kNoVolume * std::pow(report.area_m2, 1.5))) return no_volume();
   }
-  FindCrossingPlaces(&work, num_own, &report);
-  report.is_simple_solid = !is_sheet && report.num_crossings == 0 && IsSimpleSolid(work.mesh);
+  FindCrossingPlaces(&work, num_own, workers, &report);
+  report.is_simple_solid = !is_sheet && report.num_crossings == 0 && IsSimpleSolid(work.mesh, workers);
   checked.mesh = std::move(work.mesh);
   return checked;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 
@@ -73,12 +74,13 @@ constexpr double kLargestHoles = 0.1;
 // from the hole's middle), so that what comes back bounds a volume. `is_sheet`: the mesh is a sheet with two sides; its
 // holes stay. Self-intersections are reported and kept: there the winding number determines the inside. Errors, with
 // places: no triangle, none with an area, a corner that is not finite, an index out of range, a surface too open to be
-// a solid or with a ring-shaped face missing, one that encloses no volume.
-core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet = false);
+// a solid or with a ring-shaped face missing, one that encloses no volume. `workers` share the work.
+core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet = false,
+                                    core::ParallelFor* workers = nullptr);
 
 // Closed, every edge with two consistently oriented triangles, none without area, none that intersects or lies on
 // another: the normals determine inside and outside everywhere.
-bool IsSimpleSolid(const TriangleMesh& mesh);
+bool IsSimpleSolid(const TriangleMesh& mesh, core::ParallelFor* workers = nullptr);
 
 // The same as CheckMesh from a file (LoadTriangles); errors begin with its name.
 core::Result<CheckedMesh> LoadCheckedMesh(const std::filesystem::path& file, double scale = 1.0, bool is_sheet = false);

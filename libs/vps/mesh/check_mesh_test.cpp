@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "core/testing/backward_threads.hpp"
 #include "vps/mesh/self_intersection.hpp"
 #include "vps/mesh/winding_number.hpp"
 #include "vps/testing/shapes.hpp"
@@ -341,6 +342,17 @@ TEST(FindCrossings, FindsTheCircleWhereTwoBallsMeetAndStopsAtItsBound) {
     EXPECT_NEAR(glm::dot(crossing.p_m - half, glm::normalize(half)), 0.0, 0.02);
   }
   EXPECT_EQ(FindCrossings(two, 10).size(), 10U);
+  // In the same order with several workers, which begin with the last.
+  core::test::BackwardThreads workers(3);
+  for (const std::size_t most : {std::size_t{10}, std::size_t{100000}}) {
+    const auto alone = FindCrossings(two, most);
+    const auto shared = FindCrossings(two, most, &workers);
+    ASSERT_EQ(shared.size(), alone.size());
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      EXPECT_EQ(shared[i].a, alone[i].a);
+      EXPECT_EQ(shared[i].b, alone[i].b);
+    }
+  }
 }
 
 TEST(FindIntersectingTriangles, MarksCrossingsAndCoplanarOverlaps) {

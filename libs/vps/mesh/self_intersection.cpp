@@ -1,6 +1,7 @@
 #include "vps/mesh/self_intersection.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 
 #include "vps/mesh/box_tree.hpp"
@@ -85,25 +86,41 @@ bool LieOnEachOther(const std::array<glm::dvec3, 3>& a, const std::array<glm::dv
   return !has_all_outside(a, normals[0], b) && !has_all_outside(b, normals[1], a);
 }
 
-// Calls visit(a, b), a < b, for pairs whose boxes overlap or touch, in order; ends when it returns false.
-template <typename Visit>
-void ForNearPairs(const TriangleMesh& mesh, Visit&& visit) {
-  const BoxTree tree = BuildBoxTree(mesh);
-  std::vector<std::uint32_t> near;
-  for (std::uint32_t a = 0; a < mesh.triangles.size(); ++a) {
-    Box box = BoxOf(mesh, a);
-    const double margin = kInPlane * glm::length(box.upper - box.lower);
-    box = {box.lower - margin, box.upper + margin};
-    near.clear();
-    ForOverlapping(tree, box, [&](std::uint32_t b) {
-      if (b > a && Overlap(box, BoxOf(mesh, b))) near.push_back(b);
-    });
-    std::sort(near.begin(), near.end());
-    for (const std::uint32_t b : near) {
-      if (!visit(a, b)) return;
+constexpr std::size_t kTrianglesOfBlock = 256;  // free: enough blocks for all workers
+
+// Pairs of triangles whose boxes overlap or touch, by blocks of the first one of each pair.
+class NearPairs {
+ public:
+  explicit NearPairs(const TriangleMesh& mesh) : mesh_(mesh), tree_(BuildBoxTree(mesh)) {}
+
+  [[nodiscard]] std::size_t num_blocks() const {
+    return (mesh_.triangles.size() + kTrianglesOfBlock - 1) / kTrianglesOfBlock;
+  }
+
+  // Calls visit(a, b), a < b, in order; ends when it returns false.
+  template <typename Visit>
+  void ForBlock(std::size_t block, Visit&& visit) const {
+    std::vector<std::uint32_t> near;
+    const std::size_t end = std::min((block + 1) * kTrianglesOfBlock, mesh_.triangles.size());
+    for (auto a = static_cast<std::uint32_t>(block * kTrianglesOfBlock); a < end; ++a) {
+      Box box = BoxOf(mesh_, a);
+      const double margin = kInPlane * glm::length(box.upper - box.lower);
+      box = {box.lower - margin, box.upper + margin};
+      near.clear();
+      ForOverlapping(tree_, box, [&](std::uint32_t b) {
+        if (b > a && Overlap(box, BoxOf(mesh_, b))) near.push_back(b);
+      });
+      std::sort(near.begin(), near.end());
+      for (const std::uint32_t b : near) {
+        if (!visit(a, b)) return;
+      }
     }
   }
-}
+
+ private:
+  const TriangleMesh& mesh_;
+  BoxTree tree_;
+};
 
 bool Intersect(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
   if (LieOnEachOther(mesh.corners(a), mesh.corners(b))) return true;
@@ -112,30 +129,54 @@ bool Intersect(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
 
 }  // namespace
 
-std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_crossings) {
+std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_crossings, core::ParallelFor* workers) {
+  const NearPairs pairs(mesh);
+  constexpr std::size_t kBlocksAtOnce = 64;  // free: no more is searched in vain once there are enough
   std::vector<Crossing> crossings;
-  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) {
-    if (SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2) {
-      if (const auto x = Cross(mesh, a, b)) crossings.push_back({a, b, *x});
-    }
-    return crossings.size() < max_crossings;
-  });
+  for (std::size_t first = 0; first < pairs.num_blocks() && crossings.size() < max_crossings; first += kBlocksAtOnce) {
+    std::vector<std::vector<Crossing>> found(std::min(kBlocksAtOnce, pairs.num_blocks() - first));
+    core::ForEach(workers, found.size(), [&](std::size_t i) {
+      pairs.ForBlock(first + i, [&](std::uint32_t a, std::uint32_t b) {
+        if (SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2) {
+          if (const auto x = Cross(mesh, a, b)) found[i].push_back({a, b, *x});
+        }
+        return found[i].size() < max_crossings;
+      });
+    });
+    for (const auto& of_block : found) crossings.insert(crossings.end(), of_block.begin(), of_block.end());
+  }
+  if (crossings.size() > max_crossings) crossings.resize(max_crossings);
   return crossings;
 }
 
-std::vector<std::uint8_t> FindIntersectingTriangles(const TriangleMesh& mesh) {
-  std::vector<std::uint8_t> is_intersecting(mesh.triangles.size());
-  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) {
-    if ((is_intersecting[a] & is_intersecting[b]) == 0 && Intersect(mesh, a, b))
-      is_intersecting[a] = is_intersecting[b] = 1;
-    return true;
+std::vector<std::uint8_t> FindIntersectingTriangles(const TriangleMesh& mesh, core::ParallelFor* workers) {
+  const NearPairs pairs(mesh);
+  // A pair of which both are marked already needs no test, whichever worker has marked them.
+  std::vector<std::atomic<std::uint8_t>> is_marked(mesh.triangles.size());
+  core::ForEach(workers, pairs.num_blocks(), [&](std::size_t block) {
+    pairs.ForBlock(block, [&](std::uint32_t a, std::uint32_t b) {
+      const bool is_known =
+          is_marked[a].load(std::memory_order_relaxed) != 0 && is_marked[b].load(std::memory_order_relaxed) != 0;
+      if (!is_known && Intersect(mesh, a, b)) {
+        is_marked[a].store(1, std::memory_order_relaxed);
+        is_marked[b].store(1, std::memory_order_relaxed);
+      }
+      return true;
+    });
   });
-  return is_intersecting;
+  return {is_marked.begin(), is_marked.end()};
 }
 
-bool HasSelfIntersection(const TriangleMesh& mesh) {
-  bool is_intersecting = false;
-  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) { return !(is_intersecting = Intersect(mesh, a, b)); });
+bool HasSelfIntersection(const TriangleMesh& mesh, core::ParallelFor* workers) {
+  const NearPairs pairs(mesh);
+  std::atomic<bool> is_intersecting = false;
+  core::ForEach(workers, pairs.num_blocks(), [&](std::size_t block) {
+    pairs.ForBlock(block, [&](std::uint32_t a, std::uint32_t b) {
+      if (is_intersecting.load(std::memory_order_relaxed)) return false;
+      if (Intersect(mesh, a, b)) is_intersecting.store(true, std::memory_order_relaxed);
+      return true;
+    });
+  });
   return is_intersecting;
 }
 

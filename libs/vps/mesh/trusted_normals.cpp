@@ -30,7 +30,7 @@ std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const Win
   std::vector<std::uint8_t> is_good(mesh.triangles.size());
   core::ForEach(workers, is_good.size(),
                 [&](std::size_t t) { is_good[t] = IsOnBorder(mesh, winding, t, step_m) ? 1 : 0; });
-  const std::vector<std::uint8_t> is_intersecting = FindIntersectingTriangles(mesh);
+  const std::vector<std::uint8_t> is_intersecting = FindIntersectingTriangles(mesh, workers);
   for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] &= 1 - is_intersecting[t];
   const std::vector<EdgeUse> edges = SortedEdges(mesh);
   for (std::size_t i = 0; i < edges.size();) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "vps/mesh/ray_crossings.hpp"
+
 namespace vps {
 namespace {
 
@@ -26,7 +28,8 @@ double WindingOfTriangle(const std::array<glm::dvec3, 3>& triangle, const glm::d
   return std::atan2(volume, denominator) / (2.0 * std::numbers::pi);
 }
 
-WindingNumber::WindingNumber(const TriangleMesh& mesh) : tree_(BuildBoxTree(mesh)), dipoles_(tree_.nodes.size()) {
+WindingNumber::WindingNumber(const TriangleMesh& mesh)
+    : is_closed_(CountOpenEdges(mesh) == 0), tree_(BuildBoxTree(mesh)), dipoles_(tree_.nodes.size()) {
   for (const std::uint32_t t : tree_.order) triangles_.push_back(mesh.corners(t));
   for (std::size_t n = 0; n < tree_.nodes.size(); ++n) {
     const BoxTree::Node& node = tree_.nodes[n];
@@ -48,6 +51,9 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) : tree_(BuildBoxTree(mesh
 
 double WindingNumber::At(const glm::dvec3& p) const {
   if (tree_.nodes.empty()) return 0.0;
+  if (is_closed_) {
+    if (const auto count = CountRayCrossings(tree_, triangles_, p)) return *count;
+  }
   double sum = 0.0;
   std::array<std::uint32_t, 128> stack{};
   std::size_t size = 1;

@@ -13,6 +13,8 @@ namespace vps {
 //
 // with m the group's sum of area times normal [m^2] and r [m] from p to its centroid: one dipole [Barill et al. 2018].
 // That moves the sum by less than 0.05, so that 0.5 separates inside from outside.
+// Of a closed surface it is the number of crossings of a ray (CountRayCrossings): exact, and a search of one path
+// through the tree; long thin triangles make the sum a search of most of it.
 class WindingNumber {
  public:
   explicit WindingNumber(const TriangleMesh& mesh);
@@ -26,6 +28,7 @@ class WindingNumber {
     glm::dvec3 moment_m2{0.0};  // sum of area times normal
     double reach = 0.0;         // beyond this distance from the centre the dipole replaces the triangles
   };
+  bool is_closed_;                                    // by edges with the same vertices (CountOpenEdges)
   std::vector<std::array<glm::dvec3, 3>> triangles_;  // in the tree's order
   BoxTree tree_;
   std::vector<Dipole> dipoles_;  // one for each node

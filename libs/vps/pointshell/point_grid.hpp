@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -11,8 +12,7 @@ namespace vps {
 // on the points.
 class PointGrid {
  public:
-  PointGrid(const std::vector<glm::dvec3>& points, double cell_size_m)
-      : points_(points), inverse_cell_(1.0 / cell_size_m) {
+  PointGrid(const std::vector<glm::dvec3>& points, double cell_size_m) : inverse_cell_(1.0 / cell_size_m) {
     std::size_t num_buckets = 64;
     while (num_buckets < 2 * points.size()) num_buckets *= 2;
     mask_ = num_buckets - 1;
@@ -21,7 +21,10 @@ class PointGrid {
     for (std::size_t b = 0; b < num_buckets; ++b) starts_[b + 1] += starts_[b];
     items_.resize(points.size());
     std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
-    for (std::uint32_t i = 0; i < points.size(); ++i) items_[next[Bucket(CellOf(points[i]))]++] = i;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      const glm::ivec3 cell = CellOf(points[i]);
+      items_[next[Bucket(cell)]++] = {cell, i};
+    }
   }
 
   [[nodiscard]] glm::ivec3 CellOf(const glm::dvec3& p) const { return glm::ivec3(glm::floor(p * inverse_cell_)); }
@@ -35,6 +38,29 @@ class PointGrid {
         const bool is_face = std::abs(cell.z - centre.z) == ring || std::abs(cell.y - centre.y) == ring;
         const int step = is_face || ring == 0 ? 1 : 2 * ring;
         for (cell.x = centre.x - ring; cell.x <= centre.x + ring; cell.x += step) ForCell(cell, visit);
+      }
+    }
+  }
+
+  // Calls visit(index) for every point closer than `radius_m` to a box, and few farther ones: row by row, as far along
+  // x as the row's distance from the box leaves of the radius.
+  template <typename Visit>
+  void ForNearBox(const glm::dvec3& lower, const glm::dvec3& upper, double radius_m, Visit&& visit) const {
+    const double reach = radius_m * inverse_cell_ + 1e-6;  // in cells; the excess is against rounding
+    const glm::dvec3 low = lower * inverse_cell_;
+    const glm::dvec3 high = upper * inverse_cell_;
+    const auto first = [](double at) { return static_cast<int>(std::floor(at)); };
+    const auto gap = [&](int axis, int cell) { return std::max({low[axis] - (cell + 1), cell - high[axis], 0.0}); };
+    glm::ivec3 cell;
+    for (cell.z = first(low.z - reach); cell.z <= first(high.z + reach); ++cell.z) {
+      const double gap_z = gap(2, cell.z);
+      for (cell.y = first(low.y - reach); cell.y <= first(high.y + reach); ++cell.y) {
+        const double gap_y = gap(1, cell.y);
+        const double left = reach * reach - gap_z * gap_z - gap_y * gap_y;
+        if (left < 0.0) continue;
+        const double along = std::sqrt(left);
+        const int last = first(high.x + along);
+        for (cell.x = first(low.x - along); cell.x <= last; ++cell.x) ForCell(cell, visit);
       }
     }
   }
@@ -57,7 +83,7 @@ class PointGrid {
   void ForCell(const glm::ivec3& cell, Visit&& visit) const {
     const std::size_t bucket = Bucket(cell);
     for (std::uint32_t k = starts_[bucket]; k < starts_[bucket + 1]; ++k) {
-      if (CellOf(points_[items_[k]]) == cell) visit(items_[k]);  // other cells may share the bucket
+      if (items_[k].cell == cell) visit(items_[k].point);  // other cells may share the bucket
     }
   }
 
@@ -69,10 +95,14 @@ class PointGrid {
     return static_cast<std::size_t>(h * 0xbf58476d1ce4e5b9ULL >> 20) & mask_;
   }
 
-  const std::vector<glm::dvec3>& points_;
+  struct Item {
+    glm::ivec3 cell;
+    std::uint32_t point;
+  };
   double inverse_cell_;
   std::size_t mask_ = 0;
-  std::vector<std::uint32_t> starts_, items_;
+  std::vector<std::uint32_t> starts_;
+  std::vector<Item> items_;
 };
 
 }  // namespace vps

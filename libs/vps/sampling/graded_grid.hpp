@@ -43,13 +43,14 @@ class GradedGrid {
     return level_m >= 0.4 * h_m && level_m <= 4.0 * h_m;
   }
 
-  // Calls visit(index, largest spacing of its octave) for every point closer than radius_m to p, and some farther ones,
-  // of the octaves that searches from places of spacings between `least_m` and `most_m` look at.
+  // Calls visit(index, largest spacing of its octave) for every point closer than radius_m to the box, and few farther
+  // ones, of the octaves that searches from places of spacings between `least_m` and `most_m` look at.
   template <typename Visit>
-  void ForWithin(const glm::dvec3& p, double radius_m, double least_m, double most_m, Visit&& visit) const {
+  void ForNearBox(const glm::dvec3& lower, const glm::dvec3& upper, double radius_m, double least_m, double most_m,
+                  Visit&& visit) const {
     for (const auto& level : levels_) {
       if (level->spacing_m < 0.4 * least_m || level->spacing_m > 4.0 * most_m || level->points.empty()) continue;
-      level->grid->ForNear(p, radius_m, [&](std::uint32_t k) { visit(level->ids[k], level->spacing_m); });
+      level->grid->ForNearBox(lower, upper, radius_m, [&](std::uint32_t k) { visit(level->ids[k], level->spacing_m); });
     }
   }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "vps/sampling/surface_samples.hpp"
 #include "vps/testing/shapes.hpp"
@@ -52,6 +53,27 @@ TEST(PanelOwners, AreTheNearestPointsOfTheirFace) {
   ExpectNearestOfTheirFace(MakeTorus(0.05, 0.02, 96, 48), 1500);
   ExpectNearestOfTheirFace(MakeBox({0.06, 0.04, 0.003}), 1500);
   ExpectNearestOfTheirFace(MakeCylinder(0.01, 0.04, 64), 1500);
+}
+
+// Whether all panels are kept of counting them, some or none.
+TEST(MakePanels, AreTheSameHoweverManyWereKept) {
+  const TriangleMesh mesh = MakeCylinder(0.02, 0.03, 64);
+  const SampleSpacing spacing(mesh, SurfaceArea_m2(mesh), 1000);
+  const std::vector<SurfacePanel> expected = MakePanels(mesh, spacing, kPanelSize);
+  ASSERT_GT(expected.size(), 10'000U);
+  for (const std::size_t most_kept : {std::size_t{5000}, std::size_t{1'000'000}}) {
+    PanelCount count = CountPanels(mesh, spacing, kPanelSize, most_kept);
+    std::size_t num_kept = 0;
+    for (const auto& block : count.kept) num_kept += block.size();
+    EXPECT_EQ(num_kept == expected.size(), most_kept > expected.size());
+    EXPECT_GT(num_kept, 0U);
+    const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, kPanelSize, std::move(count));
+    ASSERT_EQ(panels.size(), expected.size());
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+      ASSERT_EQ(panels[i].centroid_m, expected[i].centroid_m);
+      ASSERT_EQ(panels[i].spacing_m, expected[i].spacing_m);
+    }
+  }
 }
 
 }  // namespace

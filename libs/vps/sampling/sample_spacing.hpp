@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "vps/mesh/box_tree.hpp"
+#include "vps/sampling/segment_tree.hpp"
 #include "vps/sampling/sharp_edges.hpp"
 
 namespace vps {
@@ -25,15 +25,17 @@ class SampleSpacing {
 
   // Edges and corners that may matter to places in a box; narrowed down while the surface is divided.
   struct Nearby {
-    std::vector<std::uint32_t> segments, corners;
+    SegmentTree::Nearby edges, corners;
+    [[nodiscard]] bool is_empty() const { return edges.is_empty() && corners.is_empty(); }
   };
   [[nodiscard]] Nearby Around(const Box& box) const;
   // Distances to the nearest edge and corner, infinite where none is near.
   struct Distances {
     double edge_m, corner_m;
   };
-  [[nodiscard]] Distances To(const glm::dvec3& p, const Nearby& nearby) const;
-  // Those that may matter within a radius of the centre, whose distances are given.
+  // `radius_m`: about p, of the piece of surface that is asked for: At() takes no more than that from them.
+  [[nodiscard]] Distances To(const glm::dvec3& p, const Nearby& nearby, double radius_m) const;
+  // Those that may matter within a radius of the centre, whose distances are given. `nearby` has to outlive them.
   [[nodiscard]] Nearby Narrow(const Nearby& nearby, const glm::dvec3& centre, double radius_m,
                               const Distances& distances) const;
   // h at a place with these distances, all edges and corners taken `less_m` nearer: a lower bound within that distance
@@ -44,10 +46,9 @@ class SampleSpacing {
   [[nodiscard]] double edge_m() const { return edge_m_; }
 
  private:
-  [[nodiscard]] double SquaredSegmentDistance(std::uint32_t segment, const glm::dvec3& p) const;
+  SampleSpacing(const SharpEdges& sharp, double area_m2, std::uint32_t num_points);
 
-  SharpEdges sharp_;
-  BoxTree segment_tree_, corner_tree_;
+  SegmentTree edges_, corners_;
   double face_m_ = 0.0, edge_m_ = 0.0, corner_m_ = 0.0;
 };
 

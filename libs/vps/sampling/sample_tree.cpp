@@ -83,6 +83,10 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   return tree;
 }
 
+void AddPieces(const TriangleMesh& mesh, SampleTree* tree) {
+  tree->pieces = CutIntoPieces(mesh, LongestPiece_m(tree->area_m2, tree->num_points));
+}
+
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points) {
   const auto sampling_bytes = SamplingBytes(mesh, num_points);
   if (!sampling_bytes) return tl::unexpected(sampling_bytes.error());
@@ -106,7 +110,7 @@ core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t
   const auto samples = SampleSurface(mesh, num_points, progress, workers);
   if (!samples) return tl::unexpected(samples.error());
   SampleTree tree = BuildSampleTree(*samples);
-  tree.pieces = CutIntoPieces(mesh, LongestPiece_m(tree.area_m2, num_points));
+  AddPieces(mesh, &tree);
   return tree;
 }
 

@@ -33,7 +33,10 @@ struct SampleTree : SphereTree {
   }
 };
 
+// Without the pieces.
 SampleTree BuildSampleTree(const SurfaceSamples& samples);
+// Of the mesh that was sampled.
+void AddPieces(const TriangleMesh& mesh, SampleTree* tree);
 
 // Upper estimate of BuildSampleTree's memory. Errors: SamplingBytes.
 struct SampleTreeEstimate {
@@ -42,7 +45,7 @@ struct SampleTreeEstimate {
 };
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points);
 
-// Samples a surface. Errors: SampleSurface.
+// Samples a surface, with its pieces. Errors: SampleSurface.
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
                                          const std::function<void(std::string_view, double)>& progress = {},
                                          core::ParallelFor* workers = nullptr);

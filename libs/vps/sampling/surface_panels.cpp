@@ -1,7 +1,9 @@
 #include "vps/sampling/surface_panels.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
+#include <utility>
 
 #include "vps/sampling/sliver.hpp"
 
@@ -38,7 +40,7 @@ class Cutter {
     const double radius = std::max({glm::length(a - centroid), glm::length(b - centroid), glm::length(c - centroid)});
     const double sides[3] = {glm::length(b - a), glm::length(c - b), glm::length(a - c)};
     const int k = static_cast<int>(std::max_element(sides, sides + 3) - sides);
-    const SampleSpacing::Distances distances = spacing_.To(centroid, nearby);
+    const SampleSpacing::Distances distances = spacing_.To(centroid, nearby, radius);
     if (sides[k] <= size_ * spacing_.At(distances, radius)) {
       take_({centroid, normal_, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing_.At(distances)});
       return;
@@ -47,10 +49,15 @@ class Cutter {
     const glm::dvec3 to = corners[(k + 1) % 3];
     const glm::dvec3 opposite = corners[(k + 2) % 3];
     const glm::dvec3 middle = 0.5 * (from + to);
-    const bool is_empty = nearby.segments.empty() && nearby.corners.empty();
-    const SampleSpacing::Nearby narrow = is_empty ? nearby : spacing_.Narrow(nearby, centroid, radius, distances);
-    Divide({from, middle, opposite}, narrow);
-    Divide({middle, to, opposite}, narrow);
+    const auto divide = [&](const SampleSpacing::Nearby& narrow) {
+      Divide({from, middle, opposite}, narrow);
+      Divide({middle, to, opposite}, narrow);
+    };
+    if (nearby.is_empty()) {
+      divide(nearby);
+    } else {
+      divide(spacing_.Narrow(nearby, centroid, radius, distances));
+    }
   }
 
   void CutAcross(const Sliver& sliver, double x0, double x1, const SampleSpacing::Nearby& nearby) const {
@@ -60,7 +67,7 @@ class Cutter {
     double radius = 0.0;
     for (const glm::dvec3& p : corners) radius = std::max(radius, glm::length(p - middle));
     const bool is_stocky = x1 - x0 <= kSlice * sliver.HeightBetween(x0, x1);
-    const SampleSpacing::Distances distances = spacing_.To(middle, nearby);
+    const SampleSpacing::Distances distances = spacing_.To(middle, nearby, radius);
     if (is_stocky || 2.0 * radius <= size_ * spacing_.At(distances, radius)) {
       for (std::size_t i = 2; i < corners.size(); ++i) {
         Divide({corners[0], corners[i - 1], corners[i]}, nearby);
@@ -90,25 +97,39 @@ void ForPanels(const TriangleMesh& mesh, std::size_t block, const SampleSpacing&
 
 }  // namespace
 
-std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
-                                     core::ParallelFor* workers) {
+PanelCount CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size, std::size_t most_kept,
+                       core::ParallelFor* workers) {
   const std::size_t num_blocks = (mesh.triangles.size() + kTrianglesOfBlock - 1) / kTrianglesOfBlock;
-  std::vector<std::size_t> begins(num_blocks + 1, 0);
+  PanelCount out;
+  out.begins.assign(num_blocks + 1, 0);
+  out.kept.resize(num_blocks);
+  std::atomic<std::size_t> room = most_kept;
   core::ForEach(workers, num_blocks, [&](std::size_t block) {
+    std::vector<SurfacePanel> panels;
     std::size_t count = 0;
-    ForPanels(mesh, block, spacing, size, [&](const SurfacePanel&) { ++count; });
-    begins[block + 1] = count;
+    ForPanels(mesh, block, spacing, size, [&](const SurfacePanel& panel) {
+      if (++count <= most_kept) panels.push_back(panel);
+    });
+    out.begins[block + 1] = count;
+    std::size_t left = room.load(std::memory_order_relaxed);
+    while (count <= left && !room.compare_exchange_weak(left, left - count, std::memory_order_relaxed)) {
+    }
+    if (count <= left) out.kept[block].assign(panels.begin(), panels.end());  // of its own size
   });
-  std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  return begins;
+  std::partial_sum(out.begins.begin(), out.begins.end(), out.begins.begin());
+  return out;
 }
 
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
-                                     const std::vector<std::size_t>& begins, core::ParallelFor* workers) {
-  std::vector<SurfacePanel> panels(begins.back());
-  core::ForEach(workers, begins.size() - 1, [&](std::size_t block) {
-    std::size_t at = begins[block];
-    ForPanels(mesh, block, spacing, size, [&](const SurfacePanel& panel) { panels[at++] = panel; });
+                                     PanelCount count, core::ParallelFor* workers) {
+  std::vector<SurfacePanel> panels(count.begins.back());
+  core::ForEach(workers, count.kept.size(), [&](std::size_t block) {
+    std::size_t at = count.begins[block];
+    if (count.kept[block].empty()) {
+      ForPanels(mesh, block, spacing, size, [&](const SurfacePanel& panel) { panels[at++] = panel; });
+    } else {
+      std::copy(count.kept[block].begin(), count.kept[block].end(), panels.begin() + static_cast<std::ptrdiff_t>(at));
+    }
   });
   return panels;
 }

@@ -22,11 +22,15 @@ struct SurfacePanel {
 constexpr double kPanelSize = 0.6;
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size);
 
-// The same in two steps, each on all workers: where the panels of each block of triangles begin, and where the last
-// ones end, which is their number; then the panels.
-std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
-                                     core::ParallelFor* workers = nullptr);
+// The same in two steps, each on all workers, so that memory can be refused before it is taken: the panels are counted,
+// and then made. What fits is kept of the first step.
+struct PanelCount {
+  std::vector<std::size_t> begins;              // of the panels of each block of triangles; at last, of all
+  std::vector<std::vector<SurfacePanel>> kept;  // of each block; empty: to be made anew
+};
+PanelCount CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size, std::size_t most_kept = 0,
+                       core::ParallelFor* workers = nullptr);
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
-                                     const std::vector<std::size_t>& begins, core::ParallelFor* workers = nullptr);
+                                     PanelCount count, core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

@@ -8,6 +8,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "vps/pointshell/crowd_heap.hpp"
 #include "vps/pointshell/pointshell.hpp"
@@ -21,6 +22,9 @@ namespace {
 // Neither is derived: more candidates and rounds spread the points more evenly and take time.
 constexpr std::uint32_t kCandidatesPerPoint = 4;
 constexpr int kRelaxations = 2;
+// Panels that are made while they are counted, 300 MB of them; more are made after it is known that they fit. Not
+// derived: enough for the points that scenarios have.
+constexpr std::size_t kMostKeptPanels = 1U << 22U;
 
 using Progress = std::function<void(std::string_view, double)>;
 
@@ -137,6 +141,41 @@ struct Cell {
   glm::dvec3 normal{0.0};  // times area
 };
 
+// The panels of each cell are added in their order, whoever does it: a task adds those of its share of the cells.
+std::vector<Cell> SumCells(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
+                           std::uint32_t num_points, core::ParallelFor* workers) {
+  constexpr std::size_t kShares = 8;  // free: enough for some workers; each looks at all owners
+  std::vector<Cell> cells(num_points);
+  core::ForEach(workers, kShares, [&](std::size_t share) {
+    const std::size_t begin = share * num_points / kShares;
+    const std::size_t end = (share + 1) * num_points / kShares;
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+      if (owners[i] < begin || owners[i] >= end) continue;  // that of nobody's panels is no cell
+      Cell& cell = cells[owners[i]];
+      cell.area_m2 += panels[i].area_m2;
+      cell.place += panels[i].area_m2 * panels[i].centroid_m;
+      cell.normal += panels[i].area_m2 * panels[i].normal;
+    }
+  });
+  return cells;
+}
+
+// Largest radius of a cell about its point.
+double FindReach_m(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
+                   const std::vector<glm::dvec3>& points_m, core::ParallelFor* workers) {
+  constexpr std::size_t kPanelsOfBlock = 1U << 16U;  // free
+  std::vector<double> reaches_m((panels.size() + kPanelsOfBlock - 1) / kPanelsOfBlock, 0.0);
+  core::ForEach(workers, reaches_m.size(), [&](std::size_t block) {
+    const std::size_t end = std::min((block + 1) * kPanelsOfBlock, panels.size());
+    for (std::size_t i = block * kPanelsOfBlock; i < end; ++i) {
+      if (owners[i] == kNobody) continue;
+      const double here_m = glm::length(panels[i].centroid_m - points_m[owners[i]]) + panels[i].radius_m;
+      reaches_m[block] = std::max(reaches_m[block], here_m);
+    }
+  });
+  return *std::max_element(reaches_m.begin(), reaches_m.end());
+}
+
 core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num_points) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
@@ -149,11 +188,12 @@ core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num
 
 // Of what is needed for so many panels and points.
 core::Result<double> CheckedBytes(std::size_t num_panels, std::uint32_t num_points) {
-  // A panel, its owner and its place in the owners' order; a point's candidates with their heap, grid and neighbours
-  // (about fifteen each), and what is kept of it.
+  // A panel, its owner and its place in the owners' order; before there are points, the panels kept of counting, and
+  // then a point's candidates with their heap, grid and neighbours (about fifteen each), and what is kept of it.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + 2 * sizeof(std::uint32_t);
   constexpr double kBytesPerPoint = 1000.0;
-  const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + kBytesPerPoint * num_points;
+  const double kept = sizeof(SurfacePanel) * static_cast<double>(std::min(num_panels, kMostKeptPanels));
+  const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + std::max(kept, kBytesPerPoint * num_points);
   if (bytes <= kMostSamplingBytes) return bytes;
   char text[200];
   std::snprintf(
@@ -169,7 +209,7 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
   const auto area_m2 = AreaToSample_m2(mesh, num_points);
   if (!area_m2) return tl::unexpected(area_m2.error());
   const SampleSpacing spacing(mesh, *area_m2, num_points);
-  return CheckedBytes(CountPanels(mesh, spacing, kPanelSize).back(), num_points);
+  return CheckedBytes(CountPanels(mesh, spacing, kPanelSize).begins.back(), num_points);
 }
 
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points, const Progress& progress,
@@ -179,9 +219,9 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   const double area_m2 = *checked_area_m2;
   if (progress) progress("points: panels", 0.0);
   const SampleSpacing spacing(mesh, area_m2, num_points);
-  const std::vector<std::size_t> begins = CountPanels(mesh, spacing, kPanelSize, workers);
-  if (const auto bytes = CheckedBytes(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, kPanelSize, begins, workers);
+  PanelCount count = CountPanels(mesh, spacing, kPanelSize, kMostKeptPanels, workers);
+  if (const auto bytes = CheckedBytes(count.begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, kPanelSize, std::move(count), workers);
   Places places =
       Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress, workers);
 
@@ -190,14 +230,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   for (int round = 0; round < kRelaxations; ++round) {
     if (progress) progress("points: areas", static_cast<double>(round) / kRelaxations);
     owners = FindOwners(panels, places, workers);
-    cells.assign(num_points, {});
-    for (std::size_t i = 0; i < panels.size(); ++i) {
-      if (owners[i] == kNobody) continue;
-      Cell& cell = cells[owners[i]];
-      cell.area_m2 += panels[i].area_m2;
-      cell.place += panels[i].area_m2 * panels[i].centroid_m;
-      cell.normal += panels[i].area_m2 * panels[i].normal;
-    }
+    cells = SumCells(panels, owners, num_points, workers);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (cells[i].area_m2 == 0.0) continue;
       places.points_m[i] = cells[i].place / cells[i].area_m2;
@@ -212,11 +245,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
     samples.inward_normals.push_back(cells[i].area_m2 > 0.0 ? -cells[i].normal / cells[i].area_m2 : -places.normals[i]);
     samples.areas_m2.push_back(cells[i].area_m2 * (area_m2 / given_m2));
   }
-  for (std::size_t i = 0; i < panels.size(); ++i) {
-    if (owners[i] == kNobody) continue;
-    samples.reach_m =
-        std::max(samples.reach_m, glm::length(panels[i].centroid_m - samples.points_m[owners[i]]) + panels[i].radius_m);
-  }
+  samples.reach_m = FindReach_m(panels, owners, samples.points_m, workers);
   return samples;
 }
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace visual_node {
 namespace {

@@ -56,10 +56,11 @@ std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, const FastGoal& goal)
 }
 
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution, const FastGoal& goal) {
-  auto cooked_A = vps::Cook(A, {resolution.voxel_size_m, 0, vps::Method::kFast});
+                                                     const Resolution& resolution, const FastGoal& goal,
+                                                     const Cooking& cooking) {
+  auto cooked_A = vps::Cook(A, {resolution.voxel_size_m, 0, vps::Method::kFast}, cooking.progress_A, cooking.workers);
   if (!cooked_A) return core::Fail(cooked_A.error().code, "the field's body: " + cooked_A.error().detail);
-  auto cooked_B = vps::Cook(B, {0.0, resolution.num_points, vps::Method::kFast});
+  auto cooked_B = vps::Cook(B, {0.0, resolution.num_points, vps::Method::kFast}, cooking.progress_B, cooking.workers);
   if (!cooked_B) return core::Fail(cooked_B.error().code, "the sampled body: " + cooked_B.error().detail);
   return std::make_unique<FastMethod>(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
                                       std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), goal, true);

@@ -39,12 +39,19 @@ struct Resolution {
 
 using Cooked = std::shared_ptr<const vps::CookedObject>;
 
+// How vps::Cook reports on A's field and on B's points, and who shares its work; may all be empty.
+struct Cooking {
+  vps::Progress progress_A{};
+  vps::Progress progress_B{};
+  core::ParallelFor* workers = nullptr;
+};
+
 // Method `paper`: points of B against the voxelmap of A [VR-OOS, Eq. 1-2]: force = lambda sum V n [m], moment =
 // lambda sum P x V n [m^2]. With `as_integral` the weight is the area of B / number of points [m^2] instead of lambda,
 // which gives m^3 and m^4. Errors: those of vps::Cook.
 std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bool as_integral);
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                      const Resolution& resolution);
+                                                      const Resolution& resolution, const Cooking& cooking = {});
 
 constexpr double kAccuracy = 0.02;
 
@@ -70,7 +77,8 @@ inline FastGoal InContests(double accuracy) {
 }
 std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, const FastGoal& goal = {});
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution, const FastGoal& goal = {});
+                                                     const Resolution& resolution, const FastGoal& goal = {},
+                                                     const Cooking& cooking = {});
 
 // The exact answers of vps/oracle: SignedBodyDistance, and IntegrateContactWrench to a relative accuracy.
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,

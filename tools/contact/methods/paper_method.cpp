@@ -63,10 +63,10 @@ std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bo
 }
 
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                      const Resolution& resolution) {
-  auto cooked_A = vps::Cook(A, {resolution.voxel_size_m, 0, vps::Method::kPaper});
+                                                      const Resolution& resolution, const Cooking& cooking) {
+  auto cooked_A = vps::Cook(A, {resolution.voxel_size_m, 0, vps::Method::kPaper}, cooking.progress_A, cooking.workers);
   if (!cooked_A) return core::Fail(cooked_A.error().code, "the field's body: " + cooked_A.error().detail);
-  auto cooked_B = vps::Cook(B, {0.0, resolution.num_points, vps::Method::kPaper});
+  auto cooked_B = vps::Cook(B, {0.0, resolution.num_points, vps::Method::kPaper}, cooking.progress_B, cooking.workers);
   if (!cooked_B) return core::Fail(cooked_B.error().code, "the sampled body: " + cooked_B.error().detail);
   return MakePaperMethod(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
                          std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), vps::SurfaceArea_m2(B),

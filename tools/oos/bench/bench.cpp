@@ -10,8 +10,8 @@ constexpr std::string_view kDetails =
 parts, hands' motions of consecutive poses and independent poses: times (median, 99th percentile, worst; contenders take turns) and
 errors of force direction, magnitude, torque and depth against the exact answer. Then scaling with points and with
 pairs, the walk beside a flat scan and the machine's random reads, instruction sets, the field's accuracy, the ripple of
-a slide, and the errors on generated parts: those that constants may be chosen on, and others (heldout), with
-what an accuracy costs there and in the shipped scenes (scenes). Tables go to stdout, all of it to the JSON file, and a CSV beside each SVG chart to the plot
+a slide, the time of cooking, and the errors on generated parts: those that constants may be chosen on, and others
+(heldout), with what an accuracy costs there and in the shipped scenes (scenes). Tables go to stdout, all of it to the JSON file, and a CSV beside each SVG chart to the plot
 folder. Parts whose meshes are missing are named and skipped. FCL, Bullet and OpenVDB take part when `oos_bench_peers` stands beside this program: `./dev bench`
 builds it.
 

@@ -1,16 +1,14 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <thread>
 
 #include "bus/rt/worker_pool.hpp"
 #include "collision/resolution/choose_resolutions.hpp"
 #include "core/clock.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/meshes/mesh_lines.hpp"
+#include "tools/oos/meshes/progress_line.hpp"
 #include "tools/oos/meshes/verbs.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
 #include "vps/asset/cooked_object.hpp"
@@ -32,45 +30,6 @@ struct Job {
   std::filesystem::path mesh;
   vps::CookParameters parameters;
   std::vector<std::string> chosen;  // of a resolution that the scenario leaves open: what, and why
-};
-
-// Progress: one line that is overwritten on a terminal, otherwise a line for each stage.
-class ProgressLine {
- public:
-  explicit ProgressLine(std::string title) : title_(std::move(title)) {}
-  ~ProgressLine() {
-    if (is_terminal_) std::printf("\r\033[K");
-  }
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
-  void Report(std::string_view stage, double fraction) {
-    const std::int64_t now_ns = core::MonotonicNow_ns();
-    // A fraction that falls belongs to another part of the work.
-    if (fraction < last_fraction_) begin_ns_ = now_ns;
-    last_fraction_ = fraction;
-    if (!is_terminal_) {
-      if (stage == last_stage_) return;
-      last_stage_ = stage;
-      std::printf("  %s\n", last_stage_.c_str());
-      return;
-    }
-    char left[32] = "";
-    const double spent_s = 1e-9 * static_cast<double>(now_ns - begin_ns_);
-    if (fraction > 0.02 && spent_s > 0.5) {
-      std::snprintf(left, sizeof left, ", %.0f s left", spent_s * (1.0 - fraction) / fraction);
-    }
-    std::printf("\r\033[K%s: %.*s %3.0f %%%s", title_.c_str(), static_cast<int>(stage.size()), stage.data(),
-                100.0 * fraction, left);
-    std::fflush(stdout);
-  }
-
- private:
-  std::string title_;
-  std::string last_stage_;
-  bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
-  double last_fraction_ = 0.0;
-  std::int64_t begin_ns_ = core::MonotonicNow_ns();
 };
 
 void PrintParts(const vps::CookedObject& cooked) {
@@ -148,11 +107,9 @@ int CookOne(const Job& job) {
   }
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const auto cooked = [&] {
-    ProgressLine line(job.title);
-    bus::WorkerPool workers(std::max(std::thread::hardware_concurrency(), 1U), "cook");
-    return vps::Cook(
-        job.mesh, job.parameters, {}, [&](std::string_view stage, double fraction) { line.Report(stage, fraction); },
-        &workers);
+    ProgressLine line(job.title, stdout, true);
+    bus::WorkerPool workers(NumCookWorkers(), "cook");
+    return vps::Cook(job.mesh, job.parameters, {}, line.AsProgress(), &workers);
   }();
   if (!cooked) return Complain("cook", cooked.error().detail, kBadUsage);
   const double seconds = static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9;

@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <memory>
 
+#include "bus/rt/worker_pool.hpp"
 #include "core/clock.hpp"
 #include "tools/contact/methods/answer_table.hpp"
 #include "tools/contact/methods/method.hpp"
 #include "tools/contact/methods/pose_table.hpp"
 #include "tools/contact/methods/setup.hpp"
+#include "tools/oos/meshes/progress_line.hpp"
 #include "tools/oos/meshes/verbs.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
@@ -97,12 +99,12 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
 }
 
 // Checks and repairs the mesh; prints the repairs to stderr. An open mesh becomes a sheet if a thickness was given.
-core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request) {
+core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request, core::ParallelFor* workers) {
   const auto triangles = vps::LoadTriangles(file, request.scale);
   if (!triangles) return tl::unexpected(triangles.error());
-  auto checked = vps::CheckMesh(*triangles);
+  auto checked = vps::CheckMesh(*triangles, false, workers);
   const bool is_sheet = !checked && request.sheet_thickness_m > 0.0;
-  if (is_sheet) checked = vps::CheckMesh(*triangles, true);
+  if (is_sheet) checked = vps::CheckMesh(*triangles, true, workers);
   if (!checked) return core::Fail(checked.error().code, file + ": the mesh " + checked.error().detail);
   if (const auto good = vps::CheckPartSize(file, checked->report.box); !good && !request.is_size_vouched) {
     return tl::unexpected(good.error());
@@ -116,11 +118,14 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
 
 // S is sampled, G is the field.
 core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& G, const vps::TriangleMesh& S,
-                                                          const QueryRequest& request,
-                                                          const contact::Resolution& resolution) {
+                                                          const QueryRequest& request, const contact::Setup& setup,
+                                                          core::ParallelFor* workers) {
   if (request.method == "oracle") return contact::MakeOracleMethod(G, S);
-  if (request.method == "fast") return contact::MakeFastMethod(G, S, resolution, {request.setup.accuracy});
-  return contact::MakePaperMethod(G, S, resolution);
+  ProgressLine line_G(setup.is_A_sampled ? "B" : "A", stderr, false);
+  ProgressLine line_S(setup.is_A_sampled ? "A" : "B", stderr, false);
+  const contact::Cooking cooking{line_G.AsProgress(), line_S.AsProgress(), workers};
+  if (request.method == "paper") return contact::MakePaperMethod(G, S, setup.resolution, cooking);
+  return contact::MakeFastMethod(G, S, setup.resolution, {request.setup.accuracy}, cooking);
 }
 
 int RunQuery(const Arguments& arguments) {
@@ -133,9 +138,10 @@ int RunQuery(const Arguments& arguments) {
   if (!poses) return fail(poses.error());
   const std::string& file_A = arguments.positional()[0];
   const std::string& file_B = arguments.positional()[1];
-  const auto A = ReadBody(file_A, *request);
+  bus::WorkerPool workers(NumCookWorkers(), "cook");
+  const auto A = ReadBody(file_A, *request, &workers);
   if (!A) return fail(A.error());
-  const auto B = ReadBody(file_B, *request);
+  const auto B = ReadBody(file_B, *request, &workers);
   if (!B) return fail(B.error());
   if (const auto good = vps::CheckSameUnit(file_A, A->box, file_B, B->box); !good && !request->is_size_vouched) {
     return fail(good.error());
@@ -146,8 +152,8 @@ int RunQuery(const Arguments& arguments) {
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const contact::Setup setup = contact::ChooseSetup(A->mesh, B->mesh, request->setup);
   std::printf("%s\n", setup.text.c_str());
-  auto method = setup.is_A_sampled ? MakeMethod(B->mesh, A->mesh, *request, setup.resolution)
-                                   : MakeMethod(A->mesh, B->mesh, *request, setup.resolution);
+  auto method = setup.is_A_sampled ? MakeMethod(B->mesh, A->mesh, *request, setup, &workers)
+                                   : MakeMethod(A->mesh, B->mesh, *request, setup, &workers);
   if (!method) return fail(method.error());
   if (setup.is_A_sampled) method = contact::Turned(std::move(*method));
   const std::int64_t built_ns = core::MonotonicNow_ns();

@@ -1,10 +1,10 @@
-#include "vps/field/wide_box_tree.hpp"
+#include "vps/mesh/wide_box_tree.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "vps/field/wide_clones.hpp"
+#include "vps/mesh/wide_clones.hpp"
 
 namespace vps {
 namespace {
