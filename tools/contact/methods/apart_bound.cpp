@@ -190,15 +190,14 @@ BoxTree::BoxTree(const vps::TriangleMesh& mesh) {
     parts.pop_back();
     const std::span<Triangle> all = std::span(triangles).subspan(part.begin, part.end - part.begin);
     Node node = BoxAround(all);
-    node.is_leaf = all.size() == 1;
-    if (node.is_leaf) {
-      node.first = static_cast<std::uint32_t>(part.begin);
+    if (all.size() == 1) {
+      node.below = Node::kLeaf | static_cast<std::uint32_t>(part.begin);
     } else {
-      node.first = static_cast<std::uint32_t>(nodes.size());
+      node.below = static_cast<std::uint32_t>(nodes.size());
       nodes.resize(nodes.size() + 2);
       const std::size_t middle = part.begin + Halve(node, all);
-      parts.push_back({node.first, part.begin, middle});
-      parts.push_back({node.first + 1, middle, part.end});
+      parts.push_back({node.below, part.begin, middle});
+      parts.push_back({node.below + 1, middle, part.end});
     }
     nodes[part.node] = node;
   }
@@ -207,10 +206,10 @@ BoxTree::BoxTree(const vps::TriangleMesh& mesh) {
 // What a node holds, in G's frame: a box, or of a leaf its triangle.
 class ApartBound::Body {
  public:
-  Body(const BoxTree& tree, std::uint32_t node) : is_triangle_(tree.nodes[node].is_leaf) {
+  Body(const BoxTree& tree, std::uint32_t node) : is_triangle_(tree.nodes[node].is_leaf()) {
     const BoxTree::Node& box = tree.nodes[node];
     if (is_triangle_) {
-      const Triangle& t = tree.triangles[box.first];
+      const Triangle& t = tree.triangles[box.first()];
       of_ = glm::dmat3(t[0], t[1], t[2]);
       centre_m_ = MiddleOf(t);
     } else {
@@ -291,7 +290,7 @@ double ApartBound::Query_m(const core::Pose& X_GS) {
   const auto of_G = [&](std::uint32_t node) { return Body(G_, node); };
   heap_.clear();
   nearest_m_ = least_m_ = std::numeric_limits<double>::infinity();
-  if (S_.nodes[last_.s].is_leaf && G_.nodes[last_.g].is_leaf) {
+  if (S_.nodes[last_.s].is_leaf() && G_.nodes[last_.g].is_leaf()) {
     MeetTriangles(of_S(last_.s).corners(), of_G(last_.g).corners(), last_);
   }
   Offer(of_S(0), of_G(0), {});
@@ -308,13 +307,13 @@ double ApartBound::Query_m(const core::Pose& X_GS) {
     const BoxTree::Node& s = S_.nodes[pair.s];
     const BoxTree::Node& g = G_.nodes[pair.g];
     const auto size = [](const BoxTree::Node& node) { return glm::dot(node.half_sides_m, node.half_sides_m); };
-    if (s.is_leaf && g.is_leaf) {
+    if (s.is_leaf() && g.is_leaf()) {
       MeetTriangles(body_S.corners(), body_G.corners(), pair);
-    } else if (g.is_leaf || (!s.is_leaf && size(s) > size(g))) {
-      for (const std::uint32_t child : {s.first, s.first + 1})
+    } else if (g.is_leaf() || (!s.is_leaf() && size(s) > size(g))) {
+      for (const std::uint32_t child : {s.first(), s.first() + 1})
         Offer(of_S(child), body_G, {pair.bound_m, child, pair.g});
     } else {
-      for (const std::uint32_t child : {g.first, g.first + 1})
+      for (const std::uint32_t child : {g.first(), g.first() + 1})
         Offer(body_S, of_G(child), {pair.bound_m, pair.s, child});
     }
   }

@@ -13,13 +13,17 @@ namespace contact {
 // m.
 struct BoxTree {
   using Triangle = std::array<glm::dvec3, 3>;
-  struct Node {
+  struct alignas(64) Node {  // a line of the cache
     glm::vec3 centre_m{0.0f};
     glm::mat3 axes{1.0f};          // columns, unit
     glm::vec3 half_sides_m{0.0f};  // along them
-    std::uint32_t first = 0;       // of two children side by side; of a leaf: its triangle
-    bool is_leaf = false;
+    std::uint32_t below = 0;       // the first of two children side by side; of a leaf: its triangle, and kLeaf
+    static constexpr std::uint32_t kLeaf = 1U << 31U;
+
+    [[nodiscard]] bool is_leaf() const { return (below & kLeaf) != 0; }
+    [[nodiscard]] std::uint32_t first() const { return below & ~kLeaf; }
   };
+  static_assert(sizeof(Node) == 64);
   std::vector<Node> nodes;  // the first is the root; none: no triangles
   std::vector<Triangle> triangles;
 
