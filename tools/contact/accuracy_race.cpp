@@ -6,6 +6,7 @@
 
 #include "tools/contact/stopwatch.hpp"
 #include "tools/contact/workload.hpp"
+#include "vps/asset/choose_resolution.hpp"
 
 namespace contact {
 namespace {
@@ -18,6 +19,13 @@ const std::vector<std::string> kFigures = {
     "p50_us",     "p99_us",     "within_estimate", "within_twice",      "reached",           "places_p50"};
 
 }  // namespace
+
+Resolution UsualResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B) {
+  const vps::Box box = vps::BoundingBox(A);
+  const glm::dvec3 size = box.upper - box.lower;
+  const double voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
+  return {voxel_size_m, vps::ChoosePoints(vps::SurfaceArea_m2(B), voxel_size_m)};
+}
 
 Entrant FastEntrant(const FastGoal& goal) {
   const std::string percent = Short(100.0 * goal.accuracy) + " %";

@@ -13,6 +13,10 @@
 // Errors and times of several methods at poses with exact wrenches, as rows of a table.
 namespace contact {
 
+// For generated parts, the same for thin ones and stout ones, so that a row compares shapes: voxels of 1/256 of A's
+// longest side, and points on B one voxel apart.
+Resolution UsualResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B);
+
 // What is measured: a method with a setting, built for two parts at a resolution.
 struct Entrant {
   std::string method, setting;

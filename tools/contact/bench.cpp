@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <map>
 
 #include "core/clock.hpp"
 #include "tools/bench/run_studies.hpp"
@@ -75,7 +76,7 @@ void MeasureParts(const PartsAndWorkloads& made, const std::vector<Contender>& c
 core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   if (const auto made = bench::MakePlotFolder(options.plot); !made) return made;
   std::vector<std::string> known = PartsNames();
-  known.insert(known.end(), {"heldout", "scenes", "slide", "scene", "reads", "cook", "build"});
+  known.insert(known.end(), {"heldout", "scenes", "near", "steps", "slide", "flat", "free_peg", "scene", "reads", "cook", "build"});
   const auto only = bench::ReadNames(options.only, known);
   if (!only) return tl::unexpected(only.error());
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -88,12 +89,19 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   };
   std::vector<Contender> contenders = OwnContenders();
   contenders.insert(contenders.end(), peers.contenders.begin(), peers.contenders.end());
+  // The search for the poses takes seconds: made once for all studies.
+  std::map<std::string, core::Result<PartsAndWorkloads>> made_before;
+  const PartsSource parts = [&](const std::string& name) -> const core::Result<PartsAndWorkloads>& {
+    const auto at = made_before.find(name);
+    return at != made_before.end() ? at->second
+                                   : made_before.emplace(name, MakeParts(name, options.places)).first->second;
+  };
   Figures figures;
   Report report;
   for (const std::string& name : PartsNames()) {
     if (!is_wanted(name)) continue;
     print_progress(name);
-    const auto made = MakeParts(name, options.places);
+    const core::Result<PartsAndWorkloads>& made = parts(name);
     if (!made) {
       report.skipped.push_back(name + ": " + made.error().detail);
       std::printf("skipped %s\n", report.skipped.back().c_str());
@@ -114,8 +122,19 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     print_progress("scenes");
     StudyScenePairs(options.places, &report);
   }
-  const std::vector<std::pair<const char*, void (*)(Report*)>> studies = {
-      {"slide", StudySlide}, {"scene", StudyScene}, {"reads", StudyReads}};
+  if (is_wanted("near")) {
+    print_progress("near");
+    StudyNear(parts, &report);
+  }
+  if (is_wanted("steps")) {
+    print_progress("steps");
+    StudySteps(parts, options.places, &report);
+  }
+  const std::vector<std::pair<const char*, void (*)(Report*)>> studies = {{"slide", StudySlide},
+                                                                          {"flat", StudyFlat},
+                                                                          {"free_peg", StudyFreePeg},
+                                                                          {"scene", StudyScene},
+                                                                          {"reads", StudyReads}};
   for (const auto& [name, study] : studies) {
     if (!is_wanted(name)) continue;
     print_progress(name);

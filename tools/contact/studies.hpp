@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "tools/contact/contest.hpp"
 #include "tools/contact/report.hpp"
 #include "tools/contact/workload.hpp"
@@ -45,6 +47,23 @@ void ReportFields(const std::vector<FieldFigures>& rows, Report* report);
 // Ripple of the force of a ball that slides at constant depth, 0.1 m/s at 1 kHz, on a plane and around a cylinder of
 // radius 25 s, and the largest change of force for 1 um of approach.
 void StudySlide(Report* report);
+
+// MakeParts of a name, each made once.
+using PartsSource = std::function<const core::Result<PartsAndWorkloads>&(const std::string&)>;
+
+// Time of `fast` as `oos query` asks it, from meshes, where parts are near but apart, and how far its lower bound of
+// the distance is below the exact one.
+void StudyNear(const PartsSource& parts, Report* report);
+
+// Steps of the force of `fast` between poses 1 um apart, where parts touch: approach, slide and turn, over the pairs of
+// the workloads and the held-out families of vps/testing/wrench_cases, at 10 % as in scenarios and at 2 %.
+void StudySteps(const PartsSource& parts, const Places& places, Report* report);
+
+// Time of one query of `fast` and of `paper` while flat faces come together, 0.1 mm to 1 um apart.
+void StudyFlat(Report* report);
+
+// How many of 1,000 poses of a peg that is free in its hole report contact, at the resolution that `oos query` chooses.
+void StudyFreePeg(Report* report);
 
 // Time of a collision world's step: 10 objects with three pairs in contact, and 20 to 100 objects with ten.
 void StudyScene(Report* report);

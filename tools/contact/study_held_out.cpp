@@ -5,7 +5,6 @@
 #include "core/clock.hpp"
 #include "tools/contact/accuracy_race.hpp"
 #include "tools/contact/studies.hpp"
-#include "vps/asset/choose_resolution.hpp"
 
 namespace contact {
 namespace {
@@ -35,15 +34,6 @@ std::vector<Entrant> EntrantsOf(const std::vector<Contender>& contenders) {
   }
   for (const double accuracy : kAccuracies) entrants.push_back(FastEntrant({accuracy}));
   return entrants;
-}
-
-// The same for thin parts and stout ones, so that a row compares shapes: voxels of 1/256 of A's longest side, and
-// points on B one voxel apart.
-Resolution UsualResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B) {
-  const vps::Box box = vps::BoundingBox(A);
-  const glm::dvec3 size = box.upper - box.lower;
-  const double voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
-  return {voxel_size_m, vps::ChoosePoints(vps::SurfaceArea_m2(B), voxel_size_m)};
 }
 
 std::vector<Structures::Key> KeysOf(const Resolution& resolution) {

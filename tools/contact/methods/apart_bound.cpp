@@ -2,106 +2,322 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
+#include <limits>
+#include <span>
+
+#include "vps/mesh/nearest_on_triangle.hpp"
 
 namespace contact {
 namespace {
 
-// Bound of the rounding of a stored distance [voxels]: 1/512 in the band (field_word.hpp), 2^-15 of the distance in the
-// coarse grid, which is 0.02 at 650 voxels.
-constexpr float kRounding = 0.02f;
-// Bound of the error of fitted planes [voxels]: at most 0.3 is measured (DistanceField.NearTheSurface*); the rest is a
-// margin that is not derived.
-constexpr float kWorstInBand = 0.5f;
+using Triangle = BoxTree::Triangle;
 
-struct Centre {
-  float distance;    // signed, at the centre [voxels]; -1e30 inside the band
-  glm::vec3 centre;  // [voxels]
+// Against the rounding of axes and half sides to floats, as a share of a length; some 6e-8 each.
+constexpr double kPad = 1e-6;
+
+// Of two boxes' nearest places, in turns; and the share of their distance at which the bound is near enough to it. Not
+// derived.
+constexpr int kMostRounds = 3;
+constexpr double kNearlyAll = 0.95;
+
+glm::dvec3 MiddleOf(const Triangle& t) {
+  return (t[0] + t[1] + t[2]) / 3.0;
+}
+
+// Unit, about the eigenvectors of a symmetric matrix: each product with it turns a vector towards the largest one. Any
+// axes bound a part; good ones bound it closely.
+glm::dvec3 LargestAxis(glm::dmat3 m) {
+  constexpr int kSquarings = 6;  // m^64; not derived
+  for (int i = 0; i < kSquarings; ++i) {
+    const double size = std::max({m[0][0], m[1][1], m[2][2]});  // the largest entry of a matrix that is not negative
+    if (!(size > 0.0)) return {1.0, 0.0, 0.0};
+    m /= size;
+    m = m * m;
+  }
+  int k = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (glm::dot(m[i], m[i]) > glm::dot(m[k], m[k])) k = i;
+  }
+  return glm::normalize(m[k]);
+}
+
+// The longest axis, and across it that of the largest extent.
+glm::mat3 MainAxes(std::span<const Triangle> part) {
+  glm::dvec3 sum(0.0);
+  for (const Triangle& t : part) sum += t[0] + t[1] + t[2];
+  const glm::dvec3 mean = sum / (3.0 * static_cast<double>(part.size()));
+  glm::dmat3 spread(0.0);
+  for (const Triangle& t : part) {
+    for (const glm::dvec3& p : t) spread += glm::outerProduct(p - mean, p - mean);
+  }
+  const glm::dvec3 a = LargestAxis(spread);
+  const glm::dmat3 across = glm::dmat3(1.0) - glm::outerProduct(a, a);
+  const glm::dvec3 rest = LargestAxis(across * spread * across);
+  const glm::dvec3 other = std::abs(a.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+  const glm::dvec3 flat = rest - glm::dot(a, rest) * a;
+  const glm::dvec3 b = glm::normalize(glm::dot(flat, flat) > 0.5 ? flat : glm::cross(a, other));
+  return {glm::vec3(a), glm::vec3(b), glm::vec3(glm::cross(a, b))};
+}
+
+BoxTree::Node BoxAround(std::span<const Triangle> part) {
+  BoxTree::Node node;
+  node.axes = MainAxes(part);
+  const glm::dmat3 to_axes = glm::transpose(glm::dmat3(node.axes));
+  glm::dvec3 low(1e300);
+  glm::dvec3 high(-1e300);
+  for (const Triangle& t : part) {
+    for (const glm::dvec3& p : t) {
+      low = glm::min(low, to_axes * p);
+      high = glm::max(high, to_axes * p);
+    }
+  }
+  node.centre_m = glm::vec3(glm::dmat3(node.axes) * (0.5 * (low + high)));
+  glm::dvec3 half(0.0);
+  for (const Triangle& t : part) {
+    for (const glm::dvec3& p : t) half = glm::max(half, glm::abs(to_axes * (p - glm::dvec3(node.centre_m))));
+  }
+  node.half_sides_m = glm::vec3(half + kPad * glm::length(half));
+  return node;
+}
+
+// Where the triangles' middles spread most along an axis of the box, halfway; in equal numbers if they are all in one
+// place.
+std::size_t Halve(const BoxTree::Node& box, std::span<Triangle> part) {
+  const glm::dmat3 axes(box.axes);
+  glm::dvec3 low(std::numeric_limits<double>::infinity());
+  glm::dvec3 high = -low;
+  for (const Triangle& t : part) {
+    const glm::dvec3 at = MiddleOf(t) * axes;
+    low = glm::min(low, at);
+    high = glm::max(high, at);
+  }
+  const glm::dvec3 size = high - low;
+  int k = size.y > size.x ? 1 : 0;
+  if (size.z > size[k]) k = 2;
+  const double halfway = 0.5 * (low[k] + high[k]);
+  const auto second = std::partition(part.begin(), part.end(),
+                                     [&](const Triangle& t) { return glm::dot(axes[k], MiddleOf(t)) < halfway; });
+  const auto half = static_cast<std::size_t>(second - part.begin());
+  return half == 0 || half == part.size() ? part.size() / 2 : half;
+}
+
+struct Part {
+  std::uint32_t node;
+  std::size_t begin, end;  // triangles
 };
-// Of the coarse cell that holds p.
-Centre CentreOf(const vps::DistanceField& field, const glm::vec3& p) {
-  const vps::FieldSample sample = vps::SampleField(field, p);
-  return {sample.cell > 1.0f ? sample.centre_distance : -1e30f, (glm::floor(p / sample.cell) + 0.5f) * sample.cell};
+
+// The nearest places of two segments a + s u and b + t v, s and t in [0, 1] (Ericson 2005, 5.1.9).
+void NearestOnSegments(const glm::dvec3& a, const glm::dvec3& u, const glm::dvec3& b, const glm::dvec3& v,
+                       glm::dvec3* on_a, glm::dvec3* on_b) {
+  const glm::dvec3 r = a - b;
+  const double uu = glm::dot(u, u);
+  const double vv = glm::dot(v, v);
+  const double uv = glm::dot(u, v);
+  const double ur = glm::dot(u, r);
+  const double vr = glm::dot(v, r);
+  const double across = uu * vv - uv * uv;
+  double s = across > 0.0 ? std::clamp((uv * vr - ur * vv) / across, 0.0, 1.0) : 0.0;
+  const double t = std::clamp(vv > 0.0 ? (uv * s + vr) / vv : 0.0, 0.0, 1.0);
+  s = std::clamp(uu > 0.0 ? (uv * t - ur) / uu : 0.0, 0.0, 1.0);
+  *on_a = a + s * u;
+  *on_b = b + t * v;
+}
+
+// Nearest places of two triangles that do not meet: of a corner of one and the other, or of two edges. Returns from the
+// one on T to that on S.
+glm::dvec3 Between(const Triangle& S, const Triangle& T) {
+  glm::dvec3 best(0.0);
+  double least = std::numeric_limits<double>::infinity();
+  const auto offer = [&](const glm::dvec3& way) {
+    if (glm::dot(way, way) >= least) return;
+    least = glm::dot(way, way);
+    best = way;
+  };
+  const auto from_corners = [&](const Triangle& corners, const Triangle& other, double sign) {
+    const glm::dvec3 n = glm::cross(other[1] - other[0], other[2] - other[0]);
+    for (const glm::dvec3& p : corners) {
+      offer(-sign * vps::NearestOnTriangle(other[0] - p, other[1] - p, other[2] - p, n).place);
+    }
+  };
+  from_corners(S, T, 1.0);
+  from_corners(T, S, -1.0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      glm::dvec3 on_S;
+      glm::dvec3 on_T;
+      NearestOnSegments(S[i], S[(i + 1) % 3] - S[i], T[k], T[(k + 1) % 3] - T[k], &on_S, &on_T);
+      offer(on_S - on_T);
+    }
+  }
+  return best;
+}
+
+// Halves a thin triangle across its longest side until it is `least_m` long or no longer thin: a box around a few
+// neighbouring strips of a round surface is as long as they are. Not derived: what counts as thin.
+void PutPieces(const Triangle& t, double least_m, std::vector<Triangle>* out) {
+  constexpr double kThin = 8.0;  // longest side over height
+  std::size_t k = 0;
+  const auto length_m = [&](std::size_t i) { return glm::distance(t[i], t[(i + 1) % 3]); };
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (length_m(i) > length_m(k)) k = i;
+  }
+  const double twice_m2 = glm::length(glm::cross(t[1] - t[0], t[2] - t[0]));
+  if (twice_m2 == 0.0) return;  // its sides are its neighbours'
+  if (length_m(k) <= least_m || length_m(k) * length_m(k) <= kThin * twice_m2) {
+    out->push_back(t);
+    return;
+  }
+  const glm::dvec3 middle = 0.5 * (t[k] + t[(k + 1) % 3]);
+  PutPieces({t[k], middle, t[(k + 2) % 3]}, least_m, out);
+  PutPieces({middle, t[(k + 1) % 3], t[(k + 2) % 3]}, least_m, out);
 }
 
 }  // namespace
 
-float LowerBoundOfDistance(const vps::DistanceField& field, const glm::vec3& p) {
-  const vps::FieldSample sample = vps::SampleField(field, p);
-  const glm::vec3 last(static_cast<float>(field.nx) - 0.5f, static_cast<float>(field.ny) - 0.5f,
-                       static_cast<float>(field.nz) - 0.5f);
-  const glm::vec3 q = glm::clamp(p, glm::vec3(0.0f), last);
-  const bool is_in_band = sample.cell == 1.0f;
-  const bool is_crease = is_in_band && sample.centre_offset == 0.0f;
-  // Distance is 1-Lipschitz: d(q) >= d(c) - |q - c| for the cell's centre c.
-  float least = is_crease ? -1e30f : sample.centre_distance - sample.centre_offset - kRounding;
-  if (is_in_band) least = std::max(least, sample.distance - kWorstInBand);
-  // The same from cells farther out along the gradient. From a centre at a along and l across it the bound loses
-  // sqrt(a^2 + l^2) - a <= l^2 / (2 a), less the farther the centre.
-  if (!is_in_band) {
-    for (const float ahead : {1.0f, 2.0f, 4.0f, 8.0f}) {
-      const glm::vec3 at = q + ahead * sample.cell * glm::normalize(sample.gradient);
-      if (at != glm::clamp(at, glm::vec3(0.0f), last)) break;
-      const Centre farther = CentreOf(field, at);
-      least = std::max(least, farther.distance - glm::length(q - farther.centre) - kRounding);
-    }
+BoxTree::BoxTree(const vps::TriangleMesh& mesh) {
+  constexpr double kLeastPiece = 1.0 / 32.0;  // of the part's size; not derived
+  const vps::Box box = vps::BoundingBox(mesh);
+  triangles.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    PutPieces(mesh.corners(t), kLeastPiece * glm::length(box.upper - box.lower), &triangles);
   }
-  if (p == q) return least;
-  // p is outside the grid, q its nearest place there. The surface keeps kMinBorder voxels from the grid's faces, so
-  // d(p) is at least the distance to that smaller box. And the grid is convex: for x on the surface the angle at q
-  // between p and x is at least 90 degrees, so |p - x|^2 >= |p - q|^2 + |q - x|^2.
-  const glm::vec3 border(static_cast<float>(vps::DistanceField::kMinBorder) - 0.5f);
-  const float to_box = glm::length(p - glm::clamp(p, border, last - border));
-  return std::max(to_box, std::hypot(glm::length(p - q), std::max(least, 0.0f)));
+  if (triangles.empty()) return;
+  nodes.reserve(2 * triangles.size());
+  nodes.emplace_back();
+  std::vector<Part> parts = {{0, 0, triangles.size()}};
+  while (!parts.empty()) {
+    const Part part = parts.back();
+    parts.pop_back();
+    const std::span<Triangle> all = std::span(triangles).subspan(part.begin, part.end - part.begin);
+    Node node = BoxAround(all);
+    if (all.size() == 1) {
+      node.below = Node::kLeaf | static_cast<std::uint32_t>(part.begin);
+    } else {
+      node.below = static_cast<std::uint32_t>(nodes.size());
+      nodes.resize(nodes.size() + 2);
+      const std::size_t middle = part.begin + Halve(node, all);
+      parts.push_back({node.below, part.begin, middle});
+      parts.push_back({node.below + 1, middle, part.end});
+    }
+    nodes[part.node] = node;
+  }
 }
 
-namespace {
-
-// A part of S with a lower bound of its distance from G.
-struct NearPart {
-  double bound_m = 0.0;
-  vps::SurfaceNode node;
-  vps::SurfacePiece triangle;  // of a leaf
-
-  // std::priority_queue takes the greatest: the nearest part.
-  bool operator<(const NearPart& other) const { return bound_m > other.bound_m; }
-};
-
-}  // namespace
-
-double ApartBound_m(const vps::SurfaceTree& S, const vps::DistanceField& G, const core::Pose& X_GS) {
-  constexpr int kMostParts = 20'000;  // not derived: a millisecond
-  constexpr double kTolerance = 0.02;
-  std::priority_queue<NearPart> parts;
-  const auto offer = [&](const vps::SurfaceNode& node, const vps::SurfacePiece& triangle) {
-    const glm::vec3 p((X_GS * glm::dvec3(node.centre_m) - G.origin_m) / G.voxel_size_m);
-    const double distance_m = static_cast<double>(LowerBoundOfDistance(G, p)) * G.voxel_size_m;
-    parts.push({distance_m - static_cast<double>(node.radius_m), node, triangle});
-  };
-  const auto offer_node = [&](std::uint32_t i) {
-    const vps::SurfaceNode& node = S.nodes[i];
-    offer(node, node.num_children == 0 ? S.triangles[node.first] : vps::SurfacePiece{});
-  };
-  for (std::uint32_t i = 0; i < S.num_roots; ++i) offer_node(i);
-  for (int n = 0; n < kMostParts; ++n) {
-    const NearPart nearest = parts.top();
-    const auto radius_m = static_cast<double>(nearest.node.radius_m);
-    if (radius_m < kTolerance * (nearest.bound_m + radius_m)) break;
-    parts.pop();
-    if (nearest.node.num_children > 0) {
-      for (std::uint32_t i = 0; i < nearest.node.num_children; ++i) offer_node(nearest.node.first + i);
-      continue;
-    }
-    const auto& [a, b, c] = nearest.triangle.corners;
-    const glm::vec3 ab = 0.5f * (a + b);
-    const glm::vec3 bc = 0.5f * (b + c);
-    const glm::vec3 ca = 0.5f * (c + a);
-    for (const vps::SurfacePiece& part : {vps::SurfacePiece{{a, ab, ca}}, vps::SurfacePiece{{ab, b, bc}},
-                                          vps::SurfacePiece{{ca, bc, c}}, vps::SurfacePiece{{bc, ca, ab}}}) {
-      offer(vps::NodeOf(part), part);
+// What a node holds, in G's frame: a box, or of a leaf its triangle.
+class ApartBound::Body {
+ public:
+  Body(const BoxTree& tree, std::uint32_t node) : is_triangle_(tree.nodes[node].is_leaf()) {
+    const BoxTree::Node& box = tree.nodes[node];
+    if (is_triangle_) {
+      const Triangle& t = tree.triangles[box.first()];
+      of_ = glm::dmat3(t[0], t[1], t[2]);
+      centre_m_ = MiddleOf(t);
+    } else {
+      of_ = glm::dmat3(box.axes);
+      centre_m_ = glm::dvec3(box.centre_m);
+      half_sides_m_ = glm::dvec3(box.half_sides_m);
     }
   }
-  return std::max(0.0, parts.top().bound_m);
+  Body(const glm::dmat3& R_GS, const glm::dvec3& p_GS, const BoxTree& tree, std::uint32_t node) : Body(tree, node) {
+    of_ = R_GS * of_;
+    centre_m_ = R_GS * centre_m_ + p_GS;
+    if (!is_triangle_) return;
+    for (int i = 0; i < 3; ++i) of_[i] += p_GS;
+  }
+
+  [[nodiscard]] const glm::dvec3& middle_m() const { return centre_m_; }
+  [[nodiscard]] Triangle corners() const { return {of_[0], of_[1], of_[2]}; }
+  // Its place that is nearest to p.
+  [[nodiscard]] glm::dvec3 Nearest(const glm::dvec3& p) const {
+    if (!is_triangle_) return centre_m_ + of_ * glm::clamp((p - centre_m_) * of_, -half_sides_m_, half_sides_m_);
+    const glm::dvec3 n = glm::cross(of_[1] - of_[0], of_[2] - of_[0]);
+    return p + vps::NearestOnTriangle(of_[0] - p, of_[1] - p, of_[2] - p, n).place;
+  }
+  // The greatest product of a place with u.
+  [[nodiscard]] double Reach(const glm::dvec3& u) const {
+    const glm::dvec3 along = u * of_;
+    if (is_triangle_) return std::max({along.x, along.y, along.z});
+    return glm::dot(u, centre_m_) + glm::dot(glm::abs(along), half_sides_m_);
+  }
+
+ private:
+  bool is_triangle_;
+  glm::dmat3 of_;  // columns: axes of the box, or corners of the triangle [m]
+  glm::dvec3 centre_m_{0.0}, half_sides_m_{0.0};
+};
+
+void ApartBound::Offer(const Body& body_S, const Body& body_G, Pair pair) {
+  glm::dvec3 on_S = body_S.middle_m();
+  for (int i = 0; i < kMostRounds; ++i) {
+    const glm::dvec3 on_G = body_G.Nearest(on_S);
+    on_S = body_S.Nearest(on_G);
+    const glm::dvec3 way = on_S - on_G;
+    const double distance_m = glm::length(way);
+    if (!(distance_m > pair.bound_m)) break;  // nor can the bound be greater
+    const glm::dvec3 u = way / distance_m;
+    pair.bound_m = std::max(pair.bound_m, -body_S.Reach(-u) - body_G.Reach(u));
+    if (pair.bound_m >= enough_m() || pair.bound_m >= kNearlyAll * distance_m) break;
+  }
+  if (pair.bound_m >= enough_m()) {
+    least_m_ = std::min(least_m_, pair.bound_m);
+    return;
+  }
+  heap_.push_back(pair);
+  std::push_heap(heap_.begin(), heap_.end());
+}
+
+void ApartBound::MeetTriangles(const Triangle& S, const Triangle& G, const Pair& pair) {
+  const glm::dvec3 way = Between(S, G);
+  const double distance_m = glm::length(way);
+  if (distance_m < nearest_m_) {
+    nearest_m_ = distance_m;
+    last_ = pair;
+  }
+  // Along the way between their nearest places their extents are apart by just that, unless they meet.
+  double gap_m = 0.0;
+  if (distance_m > 0.0) {
+    const glm::dvec3 u = way / distance_m;
+    gap_m = std::min({glm::dot(u, S[0]), glm::dot(u, S[1]), glm::dot(u, S[2])}) -
+            std::max({glm::dot(u, G[0]), glm::dot(u, G[1]), glm::dot(u, G[2])});
+  }
+  least_m_ = std::min(least_m_, gap_m);
+}
+
+double ApartBound::Query_m(const core::Pose& X_GS) {
+  if (S_.nodes.empty() || G_.nodes.empty()) return 0.0;
+  const glm::dmat3 R_GS = glm::mat3_cast(X_GS.rotation);
+  const auto of_S = [&](std::uint32_t node) { return Body(R_GS, X_GS.translation, S_, node); };
+  const auto of_G = [&](std::uint32_t node) { return Body(G_, node); };
+  heap_.clear();
+  nearest_m_ = least_m_ = std::numeric_limits<double>::infinity();
+  if (S_.nodes[last_.s].is_leaf() && G_.nodes[last_.g].is_leaf()) {
+    MeetTriangles(of_S(last_.s).corners(), of_G(last_.g).corners(), last_);
+  }
+  Offer(of_S(0), of_G(0), {});
+  for (int n = 0; !heap_.empty(); ++n) {
+    std::pop_heap(heap_.begin(), heap_.end());
+    const Pair pair = heap_.back();
+    heap_.pop_back();
+    if (pair.bound_m >= std::min(enough_m(), least_m_) || n == kMostPairs) {
+      least_m_ = std::min(least_m_, pair.bound_m);
+      break;
+    }
+    const Body body_S = of_S(pair.s);
+    const Body body_G = of_G(pair.g);
+    const BoxTree::Node& s = S_.nodes[pair.s];
+    const BoxTree::Node& g = G_.nodes[pair.g];
+    const auto size = [](const BoxTree::Node& node) { return glm::dot(node.half_sides_m, node.half_sides_m); };
+    if (s.is_leaf() && g.is_leaf()) {
+      MeetTriangles(body_S.corners(), body_G.corners(), pair);
+    } else if (g.is_leaf() || (!s.is_leaf() && size(s) > size(g))) {
+      for (const std::uint32_t child : {s.first(), s.first() + 1})
+        Offer(of_S(child), body_G, {pair.bound_m, child, pair.g});
+    } else {
+      for (const std::uint32_t child : {g.first(), g.first() + 1})
+        Offer(body_S, of_G(child), {pair.bound_m, pair.s, child});
+    }
+  }
+  return std::max(0.0, (1.0 - kPad) * least_m_);
 }
 
 }  // namespace contact

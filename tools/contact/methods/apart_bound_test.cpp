@@ -10,33 +10,53 @@
 namespace contact {
 namespace {
 
-// From touching to far apart, at random attitudes: never above the true distance, and within 10 mm of it.
-TEST(ApartBound, IsNeverAboveTheTrueDistance) {
+// From touching to far apart, at random attitudes: never above the true distance, and within a hundredth of it.
+TEST(ApartBound, IsNeverAboveTheTrueDistanceAndCloseToIt) {
   const vps::TriangleMesh torus = vps::MakeTorus(0.03, 0.012, 32, 16);
   const vps::TriangleMesh box = vps::MakeBox({0.03, 0.02, 0.04});
   const vps::TriangleMesh hole = vps::MakeBlockWithHole(0.06, 0.04, 0.01, 24);
+  const vps::TriangleMesh peg = vps::MakeCylinder(8e-3, 0.06, 200);  // of thin triangles
   Random random(3);
-  for (const auto& [A, B] : {std::pair{&torus, &box}, {&box, &torus}, {&hole, &box}, {&hole, &torus}}) {
-    const auto method = MakeFastMethod(*A, *B, {1e-3, 8192});
-    ASSERT_TRUE(method);
+  for (const auto& [A, B] : {std::pair{&torus, &box}, {&box, &torus}, {&hole, &box}, {&hole, &torus}, {&peg, &hole}}) {
+    ApartBound bound(*A, *B);
     const vps::oracle::MeshDistance exact_A(*A);
     const vps::oracle::MeshDistance exact_B(*B);
-    double widest_m = 0.0;
     int num_apart = 0;
     for (int i = 0; i < 60; ++i) {
       const core::Pose X{random.Rotation(), random.Uniform(0.03, 0.07) * random.Direction()};
-      const vps::oracle::BodyDistance truth = vps::oracle::SignedBodyDistance(exact_A, exact_B, X);
-      if (truth.signed_distance_m <= 0.0) continue;
-      ++num_apart;
-      const Answer answer = (*method)->Query(X);
-      EXPECT_EQ(answer.contacts, 0U);
-      ASSERT_LE(answer.signed_distance_m, truth.signed_distance_m) << i;
-      ASSERT_GE(answer.signed_distance_m, 0.0);
-      widest_m = std::max(widest_m, truth.signed_distance_m - answer.signed_distance_m);
+      const double truth_m = vps::oracle::SurfaceDistance(exact_A, exact_B, X);
+      const double bound_m = bound.Query_m(X);
+      ASSERT_LE(bound_m, truth_m) << i;
+      EXPECT_GE(bound_m, (1.0 - 2.0 * ApartBound::kTolerance) * truth_m) << i;
+      num_apart += truth_m > 0.0 ? 1 : 0;
     }
     EXPECT_GT(num_apart, 10);
-    EXPECT_LT(widest_m, 1e-2);  // far apart; near contact it is half a voxel and a sample's support radius
+    EXPECT_LT(num_apart, 60);  // where they meet the bound is 0
   }
+}
+
+// From a metre's hundredth to a micrometre, whatever was nearest before.
+TEST(ApartBound, HoldsForParallelFacesWhateverWasAskedBefore) {
+  const vps::TriangleMesh box = vps::MakeBox({0.03, 0.02, 0.04});
+  ApartBound bound(box, box);
+  for (const double gap_m : {1e-2, 1e-5, 1e-3, 1e-6}) {
+    const double above_m = bound.Query_m({{1, 0, 0, 0}, {0.005, 0.002, 0.04 + gap_m}});
+    EXPECT_LE(above_m, gap_m);
+    EXPECT_GE(above_m, 0.98 * gap_m);
+    EXPECT_EQ(bound.Query_m({{1, 0, 0, 0}, {0.005, 0.002, 0.039}}), 0.0);
+    const double beside_m = bound.Query_m({{1, 0, 0, 0}, {-0.03 - gap_m, 0.002, 0.01}});
+    EXPECT_LE(beside_m, gap_m);
+    EXPECT_GE(beside_m, 0.98 * gap_m);
+  }
+}
+
+TEST(ApartBound, IsTheDistanceThatFastAnswersWhenApart) {
+  const vps::TriangleMesh box = vps::MakeBox({0.03, 0.02, 0.04});
+  const auto method = MakeFastMethod(box, box, {1e-3, 8192});
+  ASSERT_TRUE(method);
+  const Answer answer = (*method)->Query({{1, 0, 0, 0}, {0.0, 0.0, 0.0405}});
+  EXPECT_EQ(answer.contacts, 0U);
+  EXPECT_NEAR(answer.signed_distance_m, 5e-4, 5e-6);
 }
 
 }  // namespace

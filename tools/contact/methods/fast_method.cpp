@@ -8,8 +8,8 @@ namespace {
 
 class FastMethod : public Method {
  public:
-  FastMethod(Cooked A, Cooked B, const FastGoal& goal, bool bounds_distance)
-      : A_(std::move(A)), B_(std::move(B)), bounds_distance_(bounds_distance), scratch_(*B_->samples) {
+  FastMethod(Cooked A, Cooked B, const FastGoal& goal, std::unique_ptr<ApartBound> apart)
+      : A_(std::move(A)), B_(std::move(B)), apart_(std::move(apart)), scratch_(*B_->samples) {
     pair_.look_ahead_m = 0.0;
     pair_.accuracy = goal.accuracy;
     pair_.most_places = goal.most_places;
@@ -24,9 +24,7 @@ class FastMethod : public Method {
     const vps::TouchIntegral& touch = scratch_.touch;
     Answer answer;
     answer.signed_distance_m = result_.signed_distance_m;
-    if (bounds_distance_ && !result_.is_in_contact) {
-      answer.signed_distance_m = ApartBound_m(*B_->surface, *A_->field, X_AB);
-    }
+    if (apart_ && !result_.is_in_contact) answer.signed_distance_m = apart_->Query_m(X_AB);
     answer.points_tested = result_.counters.points_tested;
     answer.force_error = touch.error_m3;
     answer.is_accurate = touch.error_m3 <= pair_.accuracy * touch.volume_m3;
@@ -40,7 +38,7 @@ class FastMethod : public Method {
  private:
   Cooked A_;
   Cooked B_;
-  bool bounds_distance_;
+  std::unique_ptr<ApartBound> apart_;  // none: the distance is the query's own
   vps::PairDescription pair_;
   vps::PairResult result_;
   vps::FastPairScratch scratch_;
@@ -52,7 +50,7 @@ class FastMethod : public Method {
 }  // namespace
 
 std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, const FastGoal& goal) {
-  return std::make_unique<FastMethod>(std::move(A), std::move(B), goal, false);
+  return std::make_unique<FastMethod>(std::move(A), std::move(B), goal, nullptr);
 }
 
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
@@ -63,7 +61,8 @@ core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A,
   auto cooked_B = vps::Cook(B, {0.0, resolution.num_points, vps::Method::kFast}, cooking.progress_B, cooking.workers);
   if (!cooked_B) return core::Fail(cooked_B.error().code, "the sampled body: " + cooked_B.error().detail);
   return std::make_unique<FastMethod>(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
-                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), goal, true);
+                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), goal,
+                                      std::make_unique<ApartBound>(A, B));
 }
 
 }  // namespace contact

@@ -57,7 +57,7 @@ constexpr double kAccuracy = 0.02;
 
 // Method `fast`: vps::QueryFastPair, the depth integral and its moment to `accuracy`, a share of the integral of depth,
 // with an estimate of the error. When apart, the first overload returns the query's own distance, that of the nearest
-// sample; the second, from meshes, a lower bound of the distance of the surfaces (ApartBound_m). Errors: those of
+// sample; the second, from meshes, a lower bound of the distance of the surfaces (ApartBound). Errors: those of
 // vps::Cook.
 struct FastGoal {
   double accuracy = kAccuracy;
