@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "tools/contact/methods/method.hpp"
 #include "tools/contact/reference_poses.hpp"
 #include "tools/contact/report.hpp"
 #include "tools/contact/structures.hpp"
-#include "tools/contact/methods/method.hpp"
 
 // Errors and times of several methods at poses with exact wrenches, as rows of a table.
 namespace contact {

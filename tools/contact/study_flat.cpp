@@ -58,7 +58,7 @@ void StudyFlat(Report* report) {
       const auto B = structures.Get({true, kind, 0.0, kMiddlePoints});
       if (!A || !B) return;
       methods.push_back(e.accuracy > 0.0 ? MakeFastMethod(*A, *B, AsInScenarios(e.accuracy))
-                                         : MakePaperMethod(*A, *B, SurfaceArea(parts.B), true));
+                                         : MakePaperMethod(*A, *B, vps::SurfaceArea_m2(parts.B), true));
       racers.push_back({methods.back().get(), ComingTogether(plates), true, {}});
     }
     Race(racers, kPasses, kSecondsEach);

@@ -88,8 +88,7 @@ void StudyNear(const PartsSource& parts, Report* report) {
       report->skipped.push_back(std::string("near, ") + name + ": " + made.error().detail);
       continue;
     }
-    const auto method =
-        MakeFastMethod(made->parts->A, made->parts->B, {made->parts->voxel_size_m, kMiddlePoints});
+    const auto method = MakeFastMethod(made->parts->A, made->parts->B, {made->parts->voxel_size_m, kMiddlePoints});
     if (!method) continue;
     for (const Workload& w : made->workloads) {
       if (w.fit == Fit::kNear || w.fit == Fit::kApart) MeasureNear(*made->parts, w, method->get(), &table, report);

@@ -104,9 +104,10 @@ core::Result<CaseOfScene> MakeCase(const ScenePair& pair, const std::filesystem:
 }
 
 Chart ChartOf(const std::vector<Row>& rows, const std::vector<Entrant>& entrants) {
-  Chart chart{"What an accuracy costs in the shipped scenes",
-              "contacts that may be felt, at the scenes' own voxels and points, within their budget; marks: the accuracy",
-              {}};
+  Chart chart{
+      "What an accuracy costs in the shipped scenes",
+      "contacts that may be felt, at the scenes' own voxels and points, within their budget; marks: the accuracy",
+      {}};
   for (const int share : {0, 1}) {
     chart.panels.push_back(ErrorPanel("All pairs", share, "felt", vps::CaseSet::kTraining, rows, entrants));
   }

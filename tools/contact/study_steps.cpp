@@ -5,8 +5,8 @@
 #include <string>
 
 #include "bus/rt/worker_pool.hpp"
-#include "tools/contact/random.hpp"
 #include "tools/contact/accuracy_race.hpp"
+#include "tools/contact/random.hpp"
 #include "tools/contact/studies.hpp"
 #include "vps/testing/wrench_cases.hpp"
 
@@ -109,7 +109,7 @@ Steps StepsOf(const std::vector<glm::dvec3>& F, double felt_m3) {
 double Felt_m3(const vps::TriangleMesh& B) {
   constexpr double kRho = 0.01;  // as scenarios have it, unless they say otherwise
   const vps::PairDescription pair;
-  return pair.negligible_N * kRho * SurfaceArea(B) / pair.stiffness_N_per_m;
+  return pair.negligible_N * kRho * vps::SurfaceArea_m2(B) / pair.stiffness_N_per_m;
 }
 
 // Of a pair, by motion and accuracy.

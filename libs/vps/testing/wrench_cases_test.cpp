@@ -89,9 +89,15 @@ TEST(ContactPoses, LayFacesOnFacesAndEdgesOnFaces) {
     const oracle::ContactWrench w = ReferenceWrench(exact, exact, pose.X_AB);
     ASSERT_TRUE(w.has_converged) << ToText(pose.kind);
     const double depth_m = oracle::FindDeepest(exact, exact, pose.X_AB).depth_m;
-    if (pose.kind != PoseKind::kSliding) EXPECT_GT(depth_m, 0.0) << ToText(pose.kind);
-    if (pose.kind == PoseKind::kEdge) EXPECT_LT(depth_m, 3.0 * 1e-3 * 0.06);
-    if (pose.kind == PoseKind::kFlat && flat++ % 2 == 0) EXPECT_LT(depth_m, 1.01e-3 * 0.06);
+    if (pose.kind != PoseKind::kSliding) {
+      EXPECT_GT(depth_m, 0.0) << ToText(pose.kind);
+    }
+    if (pose.kind == PoseKind::kEdge) {
+      EXPECT_LT(depth_m, 3.0 * 1e-3 * 0.06);
+    }
+    if (pose.kind == PoseKind::kFlat && flat++ % 2 == 0) {
+      EXPECT_LT(depth_m, 1.01e-3 * 0.06);
+    }
   }
   EXPECT_EQ(flat, 2);
 }
