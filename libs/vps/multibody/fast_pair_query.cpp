@@ -192,7 +192,7 @@ double WantedOfSamples_m3(const FastPair& parts, const PairDescription& pair, do
 }
 
 // Chooses the samples of the next query: coarser ones, if their error is expected to be within the wanted one as well.
-// The finest before anything touches: they find it.
+// Where nothing touches, the surface says so; samples give the planes.
 //
 // A quarter of the samples misses about five times as much: there sum e_i grows with the area of a cell, and
 // sqrt(sum e_i^2) with its area and the root of its side. Planes are made of up to kMaxNearPatches blocks: samples are
@@ -200,11 +200,13 @@ double WantedOfSamples_m3(const FastPair& parts, const PairDescription& pair, do
 void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool is_contact, const SampleError& error,
                       double wanted_m3, TouchMemory* memory) {
   constexpr double kMissedByCoarser = 5.0;
-  memory->coarseness = is_contact ? parts.coarseness : 0;
-  if (memory->queries_to_coarser > 0) {
+  const bool is_enough = !is_contact || kMissedByCoarser * error.by_cells_m3 + error.by_field_m3 < wanted_m3;
+  memory->coarseness = parts.coarseness;
+  if (!is_contact && parts.coarseness > 0 && walk.num_near_blocks < kMaxNearPatches) {
+    --memory->coarseness;
+  } else if (memory->queries_to_coarser > 0) {
     --memory->queries_to_coarser;
-  } else if (is_contact && parts.sampled != nullptr && walk.num_near_blocks >= 4 * kMaxNearPatches &&
-             kMissedByCoarser * error.by_cells_m3 + error.by_field_m3 < wanted_m3) {
+  } else if (parts.sampled != nullptr && walk.num_near_blocks >= 4 * kMaxNearPatches && is_enough) {
     const auto coarsest = static_cast<std::uint32_t>(parts.sampled->coarser.size());
     memory->coarseness = std::min(parts.coarseness + 1, coarsest);
   }
@@ -339,7 +341,8 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
     return SetApart(walk.free_distance_m, WalkMargin_m(parts.samples, pair.look_ahead_m), parts.samples, scratch,
                     result);
   }
-  if (parts.coarseness > 0 && ErrorOfSamples(parts, X_GS, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
+  if (parts.coarseness > 0 && walk.num_colliding > 0 &&
+      ErrorOfSamples(parts, X_GS, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
     constexpr int kQueriesToCoarser = 20;  // not derived: a wrong choice costs a quarter of a walk
     if (scratch->memory != nullptr) scratch->memory->queries_to_coarser = kQueriesToCoarser;
     const FastPair finer = Finer(parts);
