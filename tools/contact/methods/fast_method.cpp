@@ -35,6 +35,11 @@ class FastMethod : public Method {
     return answer;
   }
 
+  void Forget() override {
+    walk_memory_ = {};
+    touch_memory_ = {};
+  }
+
  private:
   Cooked A_;
   Cooked B_;

@@ -29,6 +29,8 @@ class Method {
  public:
   virtual ~Method() = default;
   virtual Answer Query(const core::Pose& X_AB) = 0;
+  // The next query starts anew, if the method remembers the last ones.
+  virtual void Forget() {}
 };
 
 // A method's resolution. ChooseSetup chooses it from the meshes.

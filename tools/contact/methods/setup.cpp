@@ -31,6 +31,7 @@ class TurnedMethod : public Method {
     answer.moment_A = glm::cross(X_AB.translation, on_A_A) - moment_on_A_A;
     return answer;
   }
+  void Forget() override { of_B_and_A_->Forget(); }
 
  private:
   std::unique_ptr<Method> of_B_and_A_;
