@@ -1,7 +1,6 @@
 #include "collision/resolution/choose_resolutions.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <utility>
 
@@ -9,16 +8,11 @@
 #include "vps/asset/choose_resolution.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/part_size.hpp"
 #include "vps/mesh/thicken_sheet.hpp"
 
 namespace collision {
 namespace {
-
-std::string Millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
-  return text;
-}
 
 class Chooser {
  public:
@@ -78,7 +72,7 @@ class Chooser {
   }
 
   [[nodiscard]] std::string FeatureOf(std::size_t object) const {
-    return Millimetres(vps::SmallestFeature_m(SizeOf(object)));
+    return vps::Millimetres(vps::SmallestFeature_m(SizeOf(object)));
   }
 
   void ChooseVoxelOf(std::size_t i) {
@@ -91,7 +85,7 @@ class Chooser {
           SizeOf(i), SizeOf(pair.sampled), {method_, pair.accuracy, scene::kMinVoxelSize_m, scene::kMaxVoxelSize_m});
       if (object.voxel_size_m > 0.0 && voxel.size_m >= object.voxel_size_m) continue;
       object.voxel_size_m = voxel.size_m;
-      text = "voxels of " + Millimetres(voxel.size_m) + " (" + voxel.reason + "; against '" +
+      text = "voxels of " + vps::Millimetres(voxel.size_m) + " (" + voxel.reason + "; against '" +
              scenario_.objects[pair.sampled].name + "')";
     }
     if (!text.empty()) notes_.push_back({i, text});

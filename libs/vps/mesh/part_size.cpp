@@ -43,4 +43,10 @@ core::Result<void> CheckSameUnit(const std::string& name_A, const Box& A, const 
                         "millimetres, --scale 1 accepts these sizes");
 }
 
+std::string Millimetres(double length_m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
+  return text;
+}
+
 }  // namespace vps

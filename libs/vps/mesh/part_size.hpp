@@ -24,4 +24,7 @@ core::Result<void> CheckPartSize(const std::string& name, const Box& box);
 // Error: one of the two is so much larger that their units differ.
 core::Result<void> CheckSameUnit(const std::string& name_A, const Box& A, const std::string& name_B, const Box& B);
 
+// "0.25 mm", three digits.
+std::string Millimetres(double length_m);
+
 }  // namespace vps

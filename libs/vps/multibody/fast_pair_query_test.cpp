@@ -29,6 +29,7 @@ class Engine {
     return result_;
   }
   [[nodiscard]] const TouchIntegral& touch() const { return scratch_.touch; }
+  [[nodiscard]] std::uint32_t samples_tested() const { return scratch_.found.points_tested; }
   PairDescription pair;
 
  private:
@@ -95,7 +96,7 @@ TEST(FastPair, SamplesCountWhereTheyAreSurerThanTheSurface) {
 }
 
 // A peg pressed into its hole: a tenth is reached with a quarter of the samples that a hundredth takes; either way the
-// force is as exact as it is said to be. Apart, all samples look for the next contact.
+// force is as exact as it is said to be.
 TEST(FastPair, TakesAsFewSamplesAsItsAccuracyAsks) {
   const double R = 0.01;
   const double c = 5e-5;
@@ -115,10 +116,35 @@ TEST(FastPair, TakesAsFewSamplesAsItsAccuracyAsks) {
     EXPECT_LT(engine.touch().error_m3, engine.pair.accuracy * engine.touch().volume_m3);
   }
   EXPECT_LT(3 * tested[0], tested[1]);
-  engine.pair.accuracy = 0.1;
-  for (int k = 0; k < 8; ++k) engine.Query(X_AB);
-  engine.Query({{1, 0, 0, 0}, {0.0, 0.0, 0.0}});
-  EXPECT_GT(engine.Query({{1, 0, 0, 0}, {1e-5, 0.0, 0.0}}).counters.points_tested, 3 * tested[0]);
+}
+
+// Plates a little apart: coarser samples give the planes. What touches in the next query is as exact as from all of
+// them, a face or one corner.
+TEST(FastPair, TakesCoarserSamplesWhereNothingTouchesAndFindsWhatDoes) {
+  Engine engine(MakeBox({0.1, 0.1, 0.04}), MakeBox({0.06, 0.05, 0.04}), kVoxel_m, 65536);
+  engine.pair.negligible_N = 0.0;  // the corner's force could not be felt
+  engine.pair.most_places = 200'000;
+  const auto above = [](double gap_m) { return core::Pose{{1, 0, 0, 0}, {0.003, 0.001, 0.04 + gap_m}}; };
+  engine.Query(above(2e-4));
+  const std::uint32_t first = engine.samples_tested();
+  for (int k = 0; k < 8; ++k) EXPECT_FALSE(engine.Query(above(2e-4 - 1e-6 * k)).is_in_contact);
+  EXPECT_LT(3 * engine.samples_tested(), first);
+  EXPECT_TRUE(engine.Query(above(-1e-4)).is_in_contact);
+  EXPECT_NEAR(engine.touch().volume_m3, 0.06 * 0.05 * 1e-4, engine.touch().error_m3);
+
+  for (int k = 0; k < 8; ++k) engine.Query(above(2e-4));
+  // Turned about its middle: the lowest corner is deeper than the face by the way that its rim has turned.
+  const glm::dvec3 turn(2e-2, -2e-2, 0.0);
+  const core::Pose tilt{core::QuaternionFromRotationVector(turn), glm::dvec3(0.0)};
+  double lowest_m = 0.0;
+  for (const glm::dvec3& v : MakeBox({0.06, 0.05, 0.04}).vertices) lowest_m = std::min(lowest_m, tilt.rotate(v).z);
+  core::Pose X = tilt;
+  X.translation = {0.003, 0.001, 0.02 - lowest_m - 2e-5};
+  // Of a corner that three faces meet in, nearly in the plate's normal: a pyramid of depth h over the triangle that its
+  // lower face leaves, whose legs are h / 0.02.
+  EXPECT_TRUE(engine.Query(X).is_in_contact);
+  const double leg_m = 2e-5 / 2e-2;
+  EXPECT_NEAR(engine.touch().volume_m3, 2e-5 * leg_m * leg_m / 6.0, 0.2 * 2e-5 * leg_m * leg_m / 6.0);
 }
 
 // A ball comes down on a plate by a micrometre a query. While it is apart no place is read for most of the way; it

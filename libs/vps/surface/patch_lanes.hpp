@@ -435,6 +435,7 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const I is_part = area > 0.0f;
     const I touches = is_part & (I)(integral.mean > 0.0f);
     const I is_large = is_part & (I)(radius > in.least_radius_m) & (I)(share > in.threshold_m3);
+    // The field is not good enough there, however small the patch.
     const I is_rough = touches & ~is_large & (I)(field_error > in.most_field_error_m);
     const I opens = is_large | is_rough;
     const I is_kept = is_part & ~opens;

@@ -32,8 +32,8 @@ constexpr double kDeviationShare = 0.5;  // of the wanted error, for its random 
 // Exact depths of groups within this radius are found together, voxels. Not derived: wider groups are near more facets.
 constexpr float kWidestGroup = 3.0f;
 constexpr double kReachOfTriangles = 3.0;
-// Of time, a search of the triangle that is nearest to one place takes as much as so many places of the field.
-// Measured.
+// Of time, a search of the triangle that is nearest to one place takes as much as so many places of the field. Measured
+// deep inside training parts: 9 (44 triangles) to 64 (16,000).
 constexpr std::uint64_t kPlacesOfSearch = 32;
 
 bool IsCompact(const PatchBlock& block, float radius_m) {

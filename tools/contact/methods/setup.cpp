@@ -1,21 +1,14 @@
 #include "tools/contact/methods/setup.hpp"
 
-#include <cstdio>
-
 #include "scene/load_scenario.hpp"
 #include "vps/asset/choose_resolution.hpp"
+#include "vps/mesh/part_size.hpp"
 
 namespace contact {
 namespace {
 
-std::string Millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
-  return text;
-}
-
 std::string Feature(const vps::PartSize& part) {
-  return Millimetres(vps::SmallestFeature_m(part));
+  return vps::Millimetres(vps::SmallestFeature_m(part));
 }
 
 class TurnedMethod : public Method {
@@ -65,7 +58,7 @@ Setup ChooseSetup(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const 
   if (setup.resolution.num_points == 0) {
     setup.resolution.num_points = vps::ChoosePoints(S.area_m2, setup.resolution.voxel_size_m);
   }
-  setup.text += "; voxels of " + name_G + " " + Millimetres(setup.resolution.voxel_size_m) + " (" + voxel_reason +
+  setup.text += "; voxels of " + name_G + " " + vps::Millimetres(setup.resolution.voxel_size_m) + " (" + voxel_reason +
                 "); points on " + name_S + " " + std::to_string(setup.resolution.num_points) + " (" +
                 (wish.given.num_points > 0 ? "as asked for" : "one voxel apart, 1,000 to 100,000") + ")";
   return setup;

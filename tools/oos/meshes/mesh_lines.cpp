@@ -3,14 +3,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "vps/mesh/part_size.hpp"
+
 namespace oos {
 namespace {
-
-std::string Millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g mm", 1e3 * length_m);
-  return text;
-}
 
 std::string Place(const glm::dvec3& p_m) {
   char text[80];
@@ -30,17 +26,18 @@ void PrintMesh(const std::string& file, const vps::MeshReport& report) {
 
 void PrintFeatures(const vps::FeatureSize& size) {
   if (std::isfinite(size.thickness_m)) {
-    std::printf("  thinnest wall: %s at %s\n", Millimetres(size.thickness_m).c_str(), Place(size.thinnest_m).c_str());
+    std::printf("  thinnest wall: %s at %s\n", vps::Millimetres(size.thickness_m).c_str(),
+                Place(size.thinnest_m).c_str());
   }
   if (std::isfinite(size.gap_m)) {
-    std::printf("  narrowest gap: %s at %s\n", Millimetres(size.gap_m).c_str(), Place(size.narrowest_m).c_str());
+    std::printf("  narrowest gap: %s at %s\n", vps::Millimetres(size.gap_m).c_str(), Place(size.narrowest_m).c_str());
   }
 }
 
 void PrintLimits(const vps::FeatureSize& size, const vps::FeatureLimits& limits) {
   std::printf("  shown: walls from %s, gaps from %s; a part passes untouched with %s to spare on each side\n",
-              Millimetres(limits.thickness_m).c_str(), Millimetres(limits.gap_m).c_str(),
-              Millimetres(limits.clearance_m).c_str());
+              vps::Millimetres(limits.thickness_m).c_str(), vps::Millimetres(limits.gap_m).c_str(),
+              vps::Millimetres(limits.clearance_m).c_str());
   if (size.thickness_m < limits.thickness_m) std::printf("  warning: its thinnest wall needs smaller voxels\n");
   if (size.gap_m < limits.gap_m) std::printf("  warning: its narrowest gap needs smaller voxels\n");
 }
