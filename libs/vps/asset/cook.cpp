@@ -72,15 +72,12 @@ core::Result<void> AddSamples(const TriangleMesh& solid, std::uint32_t num_point
   object->samples.emplace();
   object->coarser.resize(levels.size() - 1);
   object->surface.emplace();
-  // One worker builds one of them.
-  core::ForEach(workers, levels.size(), [&](std::size_t i) {
-    (i == 0 ? *object->samples : object->coarser[i - 1]) = BuildSampleTree(levels[i]);
-  });
-  core::ForEach(workers, 2, [&](std::size_t i) {
+  // One worker builds one of them; the surface takes longest.
+  core::ForEach(workers, levels.size() + 1, [&](std::size_t i) {
     if (i == 0) {
-      *object->surface = BuildSurfaceTree(solid, LongestPatch_m(object->samples->area_m2, num_points));
+      *object->surface = BuildSurfaceTree(solid, LongestPatch_m(SurfaceArea_m2(solid), num_points));
     } else {
-      AddPieces(solid, &*object->samples);
+      (i == 1 ? *object->samples : object->coarser[i - 2]) = BuildSampleTree(levels[i - 1]);
     }
   });
   if (progress) progress("points: trees", 1.0);
@@ -120,7 +117,7 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
     object.voxmap = std::move(*voxmap);
   }
   if (parameters.num_points != 0) {
-    const auto shell = BuildPointshell(solid, parameters.num_points, progress);
+    const auto shell = BuildPointshell(solid, parameters.num_points, progress, workers);
     if (!shell) return tl::unexpected(shell.error());
     if (progress) progress("point-sphere tree", 0.0);
     object.points = BuildTree(*shell);

@@ -115,8 +115,6 @@ void Encode(const SampleTree& tree, ByteWriter* out) {
   out->Put(tree.radius_m);
   out->PutArray(tree.points);
   Encode(static_cast<const SphereTree&>(tree), out);
-  out->PutArray(tree.pieces.pieces);
-  Encode(static_cast<const SphereTree&>(tree.pieces), out);
   out->Put(tree.usual_m);
   out->Put(tree.reach_m);
 }
@@ -288,10 +286,7 @@ bool IsConsistent(const SurfaceTree& tree) {
 
 bool IsConsistent(const SampleTree& tree) {
   if (tree.num_points == 0 || tree.points.size() != (std::size_t{tree.num_points} + kBlock - 1) / kBlock) return false;
-  const SurfacePieces& pieces = tree.pieces;
-  const bool has_sound_pieces =
-      pieces.pieces.empty() ? pieces.num_levels == 0 : IsConsistent(pieces, pieces.pieces.size());
-  return has_sound_pieces && IsConsistent(tree, tree.points.size());
+  return IsConsistent(tree, tree.points.size());
 }
 
 SphereTree DecodeSpheres(ByteReader* in) {
@@ -310,8 +305,6 @@ SampleTree DecodeSamples(ByteReader* in) {
   tree.radius_m = in->Get<double>();
   tree.points = in->GetArray<PointBlock>();
   static_cast<SphereTree&>(tree) = DecodeSpheres(in);
-  tree.pieces.pieces = in->GetArray<SurfacePiece>();
-  static_cast<SphereTree&>(tree.pieces) = DecodeSpheres(in);
   tree.usual_m = in->Get<double>();
   tree.reach_m = in->Get<double>();
   return tree;

@@ -10,7 +10,7 @@ namespace {
 // Longest side of the parts that triangles are cut into, voxels: half a brick, the grid of the weights.
 constexpr double kLongestPart = 0.5 * DistanceField::kBrick;
 
-// Edges that turn more are sharp, not curved: creases and graded samples handle them. The angle of FindSharpEdges; with
+// Edges that turn more are sharp, not curved: creases handle them. The angle of kSharpAngle_deg; with
 // them the flanks of a thread were 6 % off (decision 10).
 constexpr double kSharp_rad = 25.0 / 180.0 * std::numbers::pi;
 

@@ -167,7 +167,7 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
   entry.description = pair;
   if (pair.has_gaps && method == Method::kFast) {
     std::unique_ptr<TouchPoints>& touch = touch_points[pair.sampled];
-    if (touch == nullptr) touch = std::make_unique<TouchPoints>(FindTouchPoints(*S->samples));
+    if (touch == nullptr) touch = std::make_unique<TouchPoints>(FindTouchPoints(*S->samples, *S->surface));
     entry.touch = touch.get();
     entry.gaps = std::make_unique<GapPlanes>();
   }

@@ -189,8 +189,6 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   EXPECT_EQ(read->field->errors, object.field->errors);
   EXPECT_GT(object.field->facets.num_bytes(), 0U);
   EXPECT_EQ(read->field->facets.num_bytes(), object.field->facets.num_bytes());
-  EXPECT_GT(object.samples->pieces.num_bytes(), 0U);
-  EXPECT_EQ(read->samples->pieces.num_bytes(), object.samples->pieces.num_bytes());
   const core::Pose X_GS = At(0.003, 0.002, 0.018, {0.2, 0.1, 0.0});
   PairResult built, cached;
   for (const auto& [from, to] : {std::pair{&object, &built}, {&*read, &cached}}) {
@@ -222,29 +220,29 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
 }
 
 // Even when the checksum is right.
-TEST(FastWorld, TheCacheRefusesDamagedPieces) {
+TEST(FastWorld, TheCacheRefusesDamagedSamples) {
   const CookedObject object = *Cook(MakeTorus(0.03, 0.01, 96, 48), {0.0, 3000, Method::kFast});
-  ASSERT_GE(object.samples->pieces.num_levels, 3U);
-  void (*const damages[])(SurfacePieces*) = {
-      [](SurfacePieces* p) { p->pieces.resize(p->pieces.size() + kBlock); },
-      [](SurfacePieces* p) { p->pieces.pop_back(); },
-      [](SurfacePieces* p) { p->pieces.clear(); },
-      [](SurfacePieces* p) { p->spheres.clear(); },
-      [](SurfacePieces* p) { p->spheres.pop_back(); },
-      [](SurfacePieces* p) { p->spheres.push_back(p->spheres.back()); },
-      [](SurfacePieces* p) { p->spheres.back().x[kBlock - 1] = 0.0f; },
-      [](SurfacePieces* p) { p->spheres.back().r[kBlock - 1] = 1.0f; },
-      [](SurfacePieces* p) { ++p->level_begin[1]; },
-      [](SurfacePieces* p) { p->num_levels = 0; },
-      [](SurfacePieces* p) { p->num_levels = SphereTree::kMaxLevels + 1; },
-      [](SurfacePieces* p) { p->spheres.resize(p->level_begin[--p->num_levels]); },
+  ASSERT_GE(object.samples->num_levels, 2U);
+  void (*const damages[])(SampleTree*) = {
+      [](SampleTree* p) { p->points.resize(p->points.size() + kBlock); },
+      [](SampleTree* p) { p->points.pop_back(); },
+      [](SampleTree* p) { p->points.clear(); },
+      [](SampleTree* p) { p->spheres.clear(); },
+      [](SampleTree* p) { p->spheres.pop_back(); },
+      [](SampleTree* p) { p->spheres.push_back(p->spheres.back()); },
+      [](SampleTree* p) { p->spheres.back().x[kBlock - 1] = 0.0f; },
+      [](SampleTree* p) { p->spheres.back().r[kBlock - 1] = 1.0f; },
+      [](SampleTree* p) { ++p->level_begin[1]; },
+      [](SampleTree* p) { p->num_levels = 0; },
+      [](SampleTree* p) { p->num_levels = SphereTree::kMaxLevels + 1; },
+      [](SampleTree* p) { p->spheres.resize(p->level_begin[--p->num_levels]); },
   };
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "fast_world_damaged_test.vps";
   ASSERT_TRUE(WriteCookedFile(file, 7, object));
   EXPECT_TRUE(ReadCookedFile(file, 7));
   for (std::size_t i = 0; i < std::size(damages); ++i) {
     CookedObject wrong = object;
-    damages[i](&wrong.samples->pieces);
+    damages[i](&*wrong.samples);
     ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
     const auto refused = ReadCookedFile(file, 7);
     ASSERT_FALSE(refused) << i;

@@ -19,7 +19,7 @@ struct GapEngine {
       : G(*Cook(A, {voxel_size_m, 0, Method::kFast})),
         S(*Cook(B, {0.0, num_points, Method::kFast})),
         field(*G.field),
-        touch(FindTouchPoints(*S.samples)),
+        touch(FindTouchPoints(*S.samples, *S.surface)),
         scratch(touch.tree) {}
   const GapPlanes& Query(const core::Pose& X_AB) {
     scratch.found = WalkField(touch.tree, field, X_AB, pair.look_ahead_m, &scratch.walk);

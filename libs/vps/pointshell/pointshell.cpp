@@ -50,7 +50,8 @@ Pointshell SampleByArea(const TriangleMesh& mesh, std::size_t count, double* are
 }  // namespace
 
 core::Result<Pointshell> BuildPointshell(const TriangleMesh& mesh, std::uint32_t num_points,
-                                         const std::function<void(std::string_view, double)>& progress) {
+                                         const std::function<void(std::string_view, double)>& progress,
+                                         core::ParallelFor* workers) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "the number of points must be between 1 and " + std::to_string(kMaxPoints));
@@ -74,12 +75,16 @@ core::Result<Pointshell> BuildPointshell(const TriangleMesh& mesh, std::uint32_t
   };
   const PointGrid grid(candidates.points_m, reach);
   std::vector<double> weights(candidates.points_m.size(), 0.0);
-  for (std::uint32_t i = 0; i < weights.size(); ++i) {
-    grid.ForNear(candidates.points_m[i], reach, [&](std::uint32_t j) {
-      if (j != i) weights[i] += weight(i, j);
-    });
-    if (progress && i % 16384 == 0) progress("points: crowding", 0.5 * i / static_cast<double>(weights.size()));
-  }
+  constexpr std::size_t kOfBlock = 4096;  // free: enough blocks for all workers
+  if (progress) progress("points: crowding", 0.0);
+  core::ForEach(workers, (weights.size() + kOfBlock - 1) / kOfBlock, [&](std::size_t block) {
+    const std::size_t end = std::min((block + 1) * kOfBlock, weights.size());
+    for (std::size_t i = block * kOfBlock; i < end; ++i) {
+      grid.ForNear(candidates.points_m[i], reach, [&](std::uint32_t j) {
+        if (j != i) weights[i] += weight(i, j);
+      });
+    }
+  });
   CrowdHeap heap(std::move(weights));
   const std::size_t num_removed = candidates.points_m.size() - num_points;
   for (std::size_t k = 0; k < num_removed; ++k) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 
@@ -25,8 +26,9 @@ constexpr std::uint32_t kMaxPoints = 4'000'000;  // not derived; bounds memory a
 // elimination (Yuksel 2015), which leaves blue noise: the most crowded candidate is taken away until the number is
 // right. Candidates whose normals are more than 120 degrees apart do not crowd each other, so thin walls keep both
 // sides.
-// Deterministic. Errors: no area, too many points.
+// Deterministic, with any number of workers. Errors: no area, too many points.
 core::Result<Pointshell> BuildPointshell(const TriangleMesh& mesh, std::uint32_t num_points,
-                                         const std::function<void(std::string_view, double)>& progress = {});
+                                         const std::function<void(std::string_view, double)>& progress = {},
+                                         core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

@@ -22,12 +22,6 @@ glm::vec3 MeanNormal(const PointBlock& points) {
 // longer corners. Not derived further.
 constexpr double kPatchReach = 0.7;
 
-// Longest piece: four spacings of the samples. Not derived: longer pieces are found near too often,
-// shorter ones take memory.
-double LongestPiece_m(double area_m2, std::uint32_t num_points) {
-  return 4.0 * std::sqrt(area_m2 / num_points);
-}
-
 }  // namespace
 
 SampleTree BuildSampleTree(const SurfaceSamples& samples) {
@@ -83,10 +77,6 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   return tree;
 }
 
-void AddPieces(const TriangleMesh& mesh, SampleTree* tree) {
-  tree->pieces = CutIntoPieces(mesh, LongestPiece_m(tree->area_m2, tree->num_points));
-}
-
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points) {
   const auto sampling_bytes = SamplingBytes(mesh, num_points);
   if (!sampling_bytes) return tl::unexpected(sampling_bytes.error());
@@ -97,9 +87,6 @@ core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, st
   };
   SampleTreeEstimate estimate;
   estimate.stored_bytes = tree_bytes(num_points);
-  const auto num_pieces = static_cast<double>(CountPieces(mesh, LongestPiece_m(SurfaceArea_m2(mesh), num_points)));
-  estimate.stored_bytes += num_pieces * (sizeof(SurfacePiece) + sizeof(SphereBlock) / kBlock * (1.0 + 1.0 / 15.0));
-  estimate.stored_bytes += sizeof(SphereBlock) * SphereTree::kMaxLevels;
   estimate.peak_bytes = *sampling_bytes + estimate.stored_bytes;
   return estimate;
 }
@@ -109,9 +96,7 @@ core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t
                                          core::ParallelFor* workers) {
   const auto samples = SampleSurface(mesh, num_points, progress, workers);
   if (!samples) return tl::unexpected(samples.error());
-  SampleTree tree = BuildSampleTree(*samples);
-  AddPieces(mesh, &tree);
-  return tree;
+  return BuildSampleTree(*samples);
 }
 
 }  // namespace vps

@@ -10,7 +10,6 @@
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/sampling/point_block.hpp"
 #include "vps/sampling/sphere_tree.hpp"
-#include "vps/sampling/surface_pieces.hpp"
 #include "vps/sampling/surface_samples.hpp"
 
 namespace vps {
@@ -24,19 +23,15 @@ struct SampleTree : SphereTree {
   glm::dvec3 centre_m{0.0};  // sphere around all
   double radius_m = 0.0;
   std::vector<PointBlock> points;
-  SurfacePieces pieces;  // the surface itself, where it has at most kMostPieces pieces
   double usual_m = 0.0;  // a typical place of the surface is no farther from its sample: 1.2 radii of a typical patch
   double reach_m = 0.0;  // largest radius of a patch about its point
 
   [[nodiscard]] std::size_t num_bytes() const {
-    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock) + pieces.num_bytes();
+    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock);
   }
 };
 
-// Without the pieces.
 SampleTree BuildSampleTree(const SurfaceSamples& samples);
-// Of the mesh that was sampled.
-void AddPieces(const TriangleMesh& mesh, SampleTree* tree);
 
 // Upper estimate of BuildSampleTree's memory. Errors: SamplingBytes.
 struct SampleTreeEstimate {
@@ -45,7 +40,7 @@ struct SampleTreeEstimate {
 };
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points);
 
-// Samples a surface, with its pieces. Errors: SampleSurface.
+// Samples a surface. Errors: SampleSurface.
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
                                          const std::function<void(std::string_view, double)>& progress = {},
                                          core::ParallelFor* workers = nullptr);

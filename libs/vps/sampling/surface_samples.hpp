@@ -12,9 +12,9 @@
 
 namespace vps {
 
-// A quadrature of the surface: points, denser towards sharp edges and corners, each with the area of its patch (the
-// part of the surface that is assigned to it) as weight, so that a force neither depends on the number of points nor
-// jumps when one more comes into contact. Mesh frame, metres.
+// A quadrature of the surface: points spread evenly, each with the area of its cell (the part of the surface that is
+// assigned to it) as weight, so that a force neither depends on the number of points nor jumps when one more comes into
+// contact. Mesh frame, metres.
 struct SurfaceSamples {
   std::vector<glm::dvec3> points_m;
   // Mean inward normal of the patch, shorter than one where that is curved or rough, so that area times normal is its
@@ -27,15 +27,14 @@ struct SurfaceSamples {
 // Peak memory of sampling, estimated from the mesh alone: panels are counted, nothing is built. Errors: no area, too
 // many points (kInvalidInput), more than kMostSamplingBytes (kResource; the limit is not derived).
 constexpr double kMostSamplingBytes = 12e9;
-core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points);
+core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points,
+                                   core::ParallelFor* workers = nullptr);
 
-// The surface is cut into panels (MakePanels), about twenty for each point.
-// Exactly `num_points` of four times as many panels are kept by weighted sample elimination (Yuksel 2015) with radii
-// that follow SampleSpacing: blue noise. Every panel then belongs to the nearest point whose normal is within 45
-// degrees of its own, so that the faces of an edge keep their own area; points move to the centroid of their panels,
-// and once more (Lloyd), and take their mean normal. Areas and vector areas are exact; so is the integral of a depth
-// that varies linearly over each cell. Deterministic, with any number of workers. Errors: no area, too
-// many points, more memory than kMostSamplingBytes.
+// Blue noise (BuildPointshell), and the surface cut into panels, about twenty for each point. Every panel belongs to a
+// point near it, of the same face (FindOwners); points move to the centroid of their panels, and once more (Lloyd), and
+// take their mean normal. Areas and vector areas are exact; so is the integral of a depth that varies linearly over
+// each cell. Deterministic, with any number of workers. Errors: no area, too many points, more memory than
+// kMostSamplingBytes.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {},
                                            core::ParallelFor* workers = nullptr);

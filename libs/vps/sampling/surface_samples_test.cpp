@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/testing/backward_threads.hpp"
-#include "vps/sampling/sharp_edges.hpp"
 #include "vps/sampling/surface_panels.hpp"
 #include "vps/testing/shapes.hpp"
 
@@ -129,18 +128,16 @@ TEST(SurfaceSamples, AreTheSameBitForBitOnAnyNumberOfThreads) {
 TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
   const auto panels_of = [](std::uint32_t num_strips) {
     const TriangleMesh mesh = MakeCylinder(0.01, 0.04, num_strips);
-    double area_m2 = 0.0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      const auto [a, b, c] = mesh.corners(t);
-      area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
-    }
-    const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, 65536), kPanelSize);
+    const double area_m2 = SurfaceArea_m2(mesh);
+    const double longest_m = 0.6 * std::sqrt(area_m2 / 65536);
+    const std::vector<SurfacePanel> panels = MakePanels(mesh, longest_m);
+    EXPECT_EQ(CountPanels(mesh, longest_m), panels.size());
     double sum_m2 = 0.0;
     double height = 0.0;
     for (const SurfacePanel& panel : panels) {
       sum_m2 += panel.area_m2;
       height += panel.area_m2 * panel.centroid_m.z;
-      EXPECT_LE(panel.radius_m, kPanelSize * panel.spacing_m);
+      EXPECT_LE(panel.radius_m, longest_m);
     }
     EXPECT_NEAR(sum_m2, area_m2, 1e-9 * area_m2);
     const Box box = BoundingBox(mesh);
@@ -149,38 +146,6 @@ TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
   };
   EXPECT_LT(panels_of(64), 30U * 65536U);
   EXPECT_LT(panels_of(2048), 55U * 65536U);
-}
-
-// A corner or an edge can be in contact with no more than a sliver of its faces.
-TEST(SurfaceSamples, GrowDenserTowardsEdgesAndCorners) {
-  const auto samples = SampleSurface(MakeBox({0.1, 0.1, 0.1}), 16384);
-  const double mean_m = std::sqrt(0.06 / 16384);
-  double nearest_to_corner = 1.0;
-  double most_on_faces = 0.0;
-  std::vector<double> along_edge(100, 1.0);  // nearest point to each millimetre of one edge
-  for (std::size_t i = 0; i < samples->points_m.size(); ++i) {
-    const glm::dvec3 p = samples->points_m[i];
-    nearest_to_corner = std::min(nearest_to_corner, glm::length(p - glm::dvec3(0.05)));
-    for (std::size_t k = 0; k < along_edge.size(); ++k) {
-      const glm::dvec3 place(1e-3 * static_cast<double>(k) - 0.0495, 0.05, 0.05);
-      along_edge[k] = std::min(along_edge[k], glm::length(p - place));
-    }
-    most_on_faces = std::max(most_on_faces, samples->areas_m2[i]);
-  }
-  EXPECT_LT(nearest_to_corner, mean_m / 20.0);
-  for (const double d : along_edge) EXPECT_LT(d, 0.35 * mean_m);
-  EXPECT_LT(std::sqrt(most_on_faces), 2.0 * mean_m);
-  EXPECT_LT(samples->reach_m, 2.5 * mean_m);
-}
-
-TEST(SurfaceSamples, ARoundPartHasNoSharpEdges) {
-  EXPECT_TRUE(FindSharpEdges(MakeTorus(0.05, 0.02, 64, 32)).segments.empty());
-  const SharpEdges box = FindSharpEdges(MakeBox({0.1, 0.2, 0.3}));
-  EXPECT_NEAR(box.length_m, 4.0 * 0.6, 1e-12);
-  EXPECT_EQ(box.corners.size(), 8U);
-  // Of the block's edges those of the hole's rims are sharp too; the hole itself is not.
-  EXPECT_NEAR(FindSharpEdges(MakeBlockWithHole(0.06, 0.04, 0.01, 64)).length_m,
-              8 * 0.06 + 4 * 0.04 + 2 * 64 * 2 * 0.01 * std::sin(M_PI / 64), 1e-9);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "vps/force/direction_bins.hpp"
-#include "vps/sampling/sharp_edges.hpp"
 
 namespace vps {
 namespace {
@@ -46,8 +45,8 @@ float AngleBetween(const glm::vec3& a, const glm::vec3& b) {
 
 class Surface {
  public:
-  explicit Surface(const SurfacePieces& pieces) {
-    for (const SurfacePiece& piece : pieces.pieces) Add(piece);
+  explicit Surface(const SurfaceTree& tree) {
+    for (const SurfacePiece& piece : tree.triangles) Add(piece);
     MatchRest();
   }
 
@@ -176,34 +175,26 @@ void GroupPlaces(TouchPoints* touch) {
 
 }  // namespace
 
-TouchPoints FindTouchPoints(const SampleTree& samples) {
+TouchPoints FindTouchPoints(const SampleTree& samples, const SurfaceTree& tree) {
   SurfaceSamples surface;
   std::vector<TouchPlace> places;
-  const bool has_pieces = !samples.pieces.pieces.empty();
   const double spacing_m = std::sqrt(samples.area_m2 / std::max(samples.num_points, 1U));
   for (std::size_t i = 0; i < samples.num_points; ++i) {
     const PointBlock& block = samples.points[i / kBlock];
     const std::size_t k = i % kBlock;
     const glm::vec3 inward(block.nx[k], block.ny[k], block.nz[k]);
     const float length = glm::length(inward);
-    const bool is_flat = length > kFlat;
-    if (!(length > 0.0f) || (has_pieces && !is_flat)) continue;
+    if (!(length > kFlat)) continue;
     surface.points_m.emplace_back(block.x[k], block.y[k], block.z[k]);
     surface.areas_m2.push_back(static_cast<double>(block.area_m2[k]));
-    places.push_back({is_flat ? TouchPlace::Kind::kFace : TouchPlace::Kind::kCorner, 0, inward / length,
-                      glm::vec3(0.0f), is_flat ? std::sqrt(block.area_m2[k]) : 0.0f,
-                      is_flat ? 0.0f : std::acos(-1.0f)});
+    places.push_back({TouchPlace::Kind::kFace, 0, inward / length, glm::vec3(0.0f), std::sqrt(block.area_m2[k]), 0.0f});
   }
   // Penalty integrals are of the faces; what they do not cover is shared among the others.
   const std::size_t num_faces = surface.areas_m2.size();
   double rest_m2 = samples.area_m2;
   for (const double area_m2 : surface.areas_m2) rest_m2 -= area_m2;
-  double turn_rad = 0.0;
-  if (has_pieces) {
-    const Surface faces(samples.pieces);
-    faces.AddPlaces(spacing_m, &surface.points_m, &places);
-    turn_rad = faces.Turn_rad();
-  }
+  const Surface faces(tree);
+  faces.AddPlaces(spacing_m, &surface.points_m, &places);
   const std::size_t num_others = surface.points_m.size() - num_faces;
   const double share_m2 = std::max(rest_m2, 1e-6 * samples.area_m2) / static_cast<double>(std::max(num_others, 1UL));
   surface.areas_m2.resize(surface.points_m.size(), share_m2);
@@ -215,9 +206,9 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
   TouchPoints touch;
   touch.tree = BuildSampleTree(surface);
   touch.tree.area_m2 = samples.area_m2;
-  touch.pieces = samples.pieces;
+  touch.surface = &tree;
   touch.spacing_m = spacing_m;
-  touch.turn_rad = turn_rad;
+  touch.turn_rad = faces.Turn_rad();
   touch.places.resize(touch.tree.num_points);
   for (std::size_t i = 0; i < touch.tree.num_points; ++i) {
     const PointBlock& block = touch.tree.points[i / kBlock];

@@ -3,8 +3,13 @@
 #include <vector>
 
 #include "vps/sampling/sample_tree.hpp"
+#include "vps/surface/surface_tree.hpp"
 
 namespace vps {
+
+// Faces that turn more at an edge are two faces. Not derived; the edges of a finely tessellated round part (5.6 degrees
+// for 64 segments) stay below it.
+constexpr double kSharpAngle_deg = 25.0;
 
 // A place at which a surface can touch another one first: somewhere on a flat patch, along a piece of a convex sharp
 // edge, or at a corner of the mesh.
@@ -32,12 +37,12 @@ struct TouchPoints {
   std::vector<TouchPlace> places;
   std::vector<TouchGroup> groups;          // in the order of blocks
   std::vector<std::uint32_t> group_begin;  // of each block, and the end
-  SurfacePieces pieces;                    // the surface itself, if the samples have it
+  const SurfaceTree* surface = nullptr;    // itself, which has to outlive this
   double spacing_m = 0.0;                  // of the samples
   double turn_rad = 0.0;                   // the most from face to face of a round part: where no edge is sharp
 };
 
-// From the samples of flat patches and from the pieces, if there are any: else from all samples.
-TouchPoints FindTouchPoints(const SampleTree& samples);
+// From the samples of flat patches and from the triangles' sides and corners.
+TouchPoints FindTouchPoints(const SampleTree& samples, const SurfaceTree& surface);
 
 }  // namespace vps

@@ -12,6 +12,13 @@ namespace {
 
 using Kind = TouchPlace::Kind;
 
+// Kinds, places and turns stay when the tree is gone.
+TouchPoints TouchPointsOf(const TriangleMesh& mesh, std::uint32_t num_points) {
+  const SampleTree samples = *BuildSampleTree(mesh, num_points);
+  const SurfaceTree surface = BuildSurfaceTree(mesh, 4.0 * std::sqrt(samples.area_m2 / num_points));
+  return FindTouchPoints(samples, surface);
+}
+
 std::map<Kind, int> CountKinds(const TouchPoints& touch) {
   std::map<Kind, int> count;
   for (const TouchPlace& place : touch.places) ++count[place.kind];
@@ -20,7 +27,7 @@ std::map<Kind, int> CountKinds(const TouchPoints& touch) {
 
 // Every corner of the box is a place, twelve edges are covered without a gap, and faces have the samples.
 TEST(TouchPoints, HoldCornersAndCoverEdges) {
-  const TouchPoints touch = FindTouchPoints(*BuildSampleTree(MakeBox({0.06, 0.02, 0.04}), 2048));
+  const TouchPoints touch = TouchPointsOf(MakeBox({0.06, 0.02, 0.04}), 2048);
   double length_m = 0.0;
   int num_corners = 0;
   for (std::size_t i = 0; i < touch.places.size(); ++i) {
@@ -38,7 +45,7 @@ TEST(TouchPoints, HoldCornersAndCoverEdges) {
 
 // Its rims, and the blunt edges between its facets once each, although thin triangles are cut each for itself.
 TEST(TouchPoints, CoverTheEdgesOfThinTriangles) {
-  const TouchPoints touch = FindTouchPoints(*BuildSampleTree(MakeCylinder(0.01, 0.06, 128), 16384));
+  const TouchPoints touch = TouchPointsOf(MakeCylinder(0.01, 0.06, 128), 16384);
   double rims_m = 0.0;
   double lines_m = 0.0;
   for (const TouchPlace& place : touch.places) {
@@ -51,9 +58,9 @@ TEST(TouchPoints, CoverTheEdgesOfThinTriangles) {
 
 // A polygon of 128 sides turns by 1/128 of a turn from one to the next; a box has only sharp edges.
 TEST(TouchPoints, TurnFromFaceToFaceAsRoundPartsDo) {
-  const TouchPoints cylinder = FindTouchPoints(*BuildSampleTree(MakeCylinder(0.01, 0.06, 128), 16384));
+  const TouchPoints cylinder = TouchPointsOf(MakeCylinder(0.01, 0.06, 128), 16384);
   EXPECT_NEAR(cylinder.turn_rad, 2.0 * std::acos(-1.0) / 128, 1e-4);
-  const TouchPoints box = FindTouchPoints(*BuildSampleTree(MakeBox({0.06, 0.02, 0.04}), 2048));
+  const TouchPoints box = TouchPointsOf(MakeBox({0.06, 0.02, 0.04}), 2048);
   EXPECT_NEAR(box.turn_rad, 0.0, 1e-4);
 }
 

@@ -172,16 +172,6 @@ class Builder {
   std::vector<glm::vec3> middles_;
 };
 
-SurfacePieces AsTheyAre(const TriangleMesh& mesh) {
-  SurfacePieces out;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [a, b, c] = mesh.corners(t);
-    const SurfacePiece piece{{glm::vec3(a), glm::vec3(b), glm::vec3(c)}};
-    if (NodeOf(piece).area_m2 > 0.0f) out.pieces.push_back(piece);
-  }
-  return out;
-}
-
 }  // namespace
 
 // Over a triangle with corners c + v_i, sum of v_i = 0:  integral of e e^T = a / 12 sum of v_i v_i^T.
@@ -251,8 +241,7 @@ void PackFamilies(SurfaceTree* tree) {
 
 SurfaceTree BuildSurfaceTree(const TriangleMesh& mesh, double longest_m) {
   SurfaceTree tree;
-  tree.triangles = CutIntoPieces(mesh, longest_m).pieces;
-  if (tree.triangles.empty()) tree.triangles = AsTheyAre(mesh).pieces;
+  tree.triangles = CutIntoPieces(mesh, longest_m);
   Builder(&tree).Build();
   PackFamilies(&tree);
   for (std::uint32_t i = 0; i < tree.num_roots; ++i) tree.area_m2 += static_cast<double>(tree.nodes[i].area_m2);

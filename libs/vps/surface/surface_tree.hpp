@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "vps/mesh/triangle_mesh.hpp"
-#include "vps/sampling/surface_pieces.hpp"
 #include "vps/surface/patch_block.hpp"
+#include "vps/surface/surface_pieces.hpp"
 
 namespace vps {
 
@@ -52,8 +52,7 @@ struct SurfaceTree {
   double area_m2 = 0.0;
 };
 
-// Triangles are cut to `longest_m` first, so that nodes are compact (CutIntoPieces; a mesh that would have too many
-// pieces is taken as it is). Triangles without area are left out.
+// Triangles are cut to `longest_m` first, so that nodes are compact (CutIntoPieces).
 SurfaceTree BuildSurfaceTree(const TriangleMesh& mesh, double longest_m);
 
 }  // namespace vps

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "vps/mesh/nearest_on_triangle.hpp"
-#include "vps/sampling/nearest_piece.hpp"
+#include "vps/surface/nearest_place.hpp"
 
 namespace vps {
 namespace {
@@ -26,7 +26,7 @@ Gap UnderFace(const GapScene& scene, const CornersBelow::Corner& corner, glm::dv
   double back = SearchReach(std::min(corner.height, 0.0));
   for (int turn = 0; turn < kMostHops; ++turn) {
     const glm::dvec3 from_S = scene.InSample(corner.p - back * n);
-    const NearestPiece piece = FindNearestPiece(scene.S.pieces, from_S, corner_S, (2.0 * back + spacing) * voxel_m);
+    const NearestPlace piece = FindNearestPlace(*scene.S.surface, from_S, corner_S, (2.0 * back + spacing) * voxel_m);
     if (!piece.is_found) return {};
     const glm::dvec3 before = n;
     n = -scene.X_GS.rotate(piece.outward);

@@ -4,16 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "vps/sampling/nearest_piece.hpp"
+#include "vps/surface/nearest_place.hpp"
 
 namespace vps {
 namespace {
 
 // Of a place in the plane of one of S's faces.
 bool IsOnS(const GapScene& scene, const glm::dvec3& p, const glm::dvec3& inward_G) {
-  if (scene.S.pieces.pieces.empty()) return true;
   const glm::dvec3 outside = scene.InSample(p - kClear * inward_G);
-  return FindNearestPiece(scene.S.pieces, outside, 1.01 * kClear * scene.field.voxel_size_m).is_found;
+  return FindNearestPlace(*scene.S.surface, outside, outside, 1.01 * kClear * scene.field.voxel_size_m).is_found;
 }
 
 // From a place on a triangle straight up it, to its rim.

@@ -5,7 +5,7 @@
 
 #include "vps/multibody/gap/edge_gap.hpp"
 #include "vps/multibody/gap/patch_gap.hpp"
-#include "vps/sampling/sharp_edges.hpp"
+#include "vps/sampling/touch_points.hpp"
 
 namespace vps {
 namespace {
