@@ -76,8 +76,8 @@ void MeasureParts(const PartsAndWorkloads& made, const std::vector<Contender>& c
 core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   if (const auto made = bench::MakePlotFolder(options.plot); !made) return made;
   std::vector<std::string> known = PartsNames();
-  known.insert(known.end(),
-               {"heldout", "scenes", "near", "steps", "slide", "flat", "free_peg", "scene", "reads", "cook", "build"});
+  known.insert(known.end(), {"heldout", "training", "scenes", "near", "steps", "slide", "flat", "free_peg", "scene",
+                             "reads", "cook", "build"});
   const auto only = bench::ReadNames(options.only, known);
   if (!only) return tl::unexpected(only.error());
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -118,6 +118,10 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   if (is_wanted("heldout")) {
     print_progress("heldout");
     StudyHeldOut(contenders, options.places, &report);
+  }
+  if (!only->empty() && is_wanted("training")) {
+    print_progress("training");
+    StudyTraining(options.plot, &report);
   }
   if (is_wanted("scenes")) {
     print_progress("scenes");

@@ -20,8 +20,8 @@ struct ToolPlane {
   double friction = 0.0;
 };
 
-// Not derived: as many planes as one pair has exact gaps (kMaxGapPlanes); with more, the first ones are taken. A third
-// of that may fade. Together they are kMaxHalfSpaces, and the time for a cycle grows with them.
+// Not derived: with more planes the first ones are taken. A third of that may fade. Together they are kMaxHalfSpaces,
+// and the time for a cycle grows with them.
 constexpr std::size_t kMaxToolPlanes = 96;
 constexpr std::size_t kMaxFadingContacts = 32;
 

@@ -14,11 +14,6 @@ constexpr std::size_t kNumBins = kNumDirectionBins;
 constexpr std::size_t kNumExtremes = 4;  // along +u, +v, -u, -v, which holds a flat face at its corners
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-// Least stiffness of a plane that is still apart, as a share of a penetrating one's; the share rises linearly to 1 over
-// the last quarter of the band. Not derived: more takes stiffness from the planes in contact, less makes a new contact
-// softer in its first cycle.
-constexpr float kLeastShare = 0.05f;
-
 struct Bin {
   std::uint32_t deepest = kNone;
   float penetration_m = -std::numeric_limits<float>::infinity();
@@ -112,8 +107,7 @@ void ReduceContacts(std::span<const SampledContact> contacts, const core::Pose& 
     std::array<float, 1 + kNumExtremes> share{};
     float sum_of_shares = 0.0f;
     for (std::size_t c = 0; c < num_chosen; ++c) {
-      const float penetration = contacts[chosen[c]].penetration_m;
-      share[c] = std::clamp(1.0f + penetration / (0.25f * band + 1e-9f), kLeastShare, 1.0f);
+      share[c] = GuardShare(contacts[chosen[c]].penetration_m, band);
       sum_of_shares += share[c];
     }
     const float length = glm::length(bin.mean_normal_G);

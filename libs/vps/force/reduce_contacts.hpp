@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -31,5 +32,15 @@ using ContactPlanes = core::FixedVector<core::ContactPlane, core::kMaxContactPla
 // slots unless another is better by more than `hysteresis_m` (four times that for reach). Does not allocate.
 void ReduceContacts(std::span<const SampledContact> contacts, const core::Pose& X_GS, double stiffness_N_per_m,
                     double band_m, ContactPlanes* planes, double hysteresis_m = 0.0);
+
+// Of the stiffness, the share of a plane that is still apart, by its negative penetration: it rises linearly to 1 over
+// the last quarter of the band. The least share is not derived: more takes stiffness from the planes in contact, less
+// makes a new contact softer in its first cycle.
+constexpr double kLeastShare = 0.05;
+template <class Real>
+Real GuardShare(Real penetration_m, Real band_m) {
+  return std::clamp(Real(1) + penetration_m / (Real(0.25) * band_m + Real(1e-9)), static_cast<Real>(kLeastShare),
+                    Real(1));
+}
 
 }  // namespace vps

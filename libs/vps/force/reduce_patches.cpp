@@ -14,7 +14,6 @@ namespace {
 constexpr std::size_t kMaxPlanes = core::kMaxContactPlanes;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr float kLeastShare = 0.05f;  // of the stiffness, of a guard far away: as ReduceContacts
 
 // Slots of a bin's planes: id = 16 bin + slot.
 constexpr std::uint32_t kSlots = 16;
@@ -185,10 +184,6 @@ void Balance(const ContactLoad& load, std::span<Carrier> carriers) {
   for (Carrier& c : carriers) {
     c.force += glm::length(c.force) / total * (force + glm::cross(turn, c.place - mean));
   }
-}
-
-float GuardShare(float penetration_m, float band_m) {
-  return std::clamp(1.0f + penetration_m / (0.25f * band_m + 1e-9f), kLeastShare, 1.0f);
 }
 
 // At most `most` planes for the guards of a bin.

@@ -79,6 +79,9 @@ struct PairResult {
 enum class PairState : std::uint8_t { kInactive, kAsleep, kFar, kNear, kContact };
 constexpr std::size_t kNumPairStates = 5;
 
+// Voxels; a plane keeps its place unless another one is better by more. Not derived.
+constexpr double kHysteresis = 0.25;
+
 // What CollisionWorld keeps of a pair from cycle to cycle.
 struct PairMemory {
   PairResult result;

@@ -15,6 +15,11 @@ namespace {
 
 // Whatever the budget of points is. Not derived: the first passes of a contact of one place.
 constexpr std::uint32_t kLeastPlaces = 256;
+// What did not suffice, coarser samples or a proof that nothing touches, is tried again after so many queries. Not
+// derived: each time costs up to a query.
+constexpr int kQueriesToRetry = 20;
+// Patches farther apart than this become several planes, voxels. Not derived.
+constexpr double kWidestPlane = 2.0;
 
 void Scale(float factor, ContactPatch* patch) {
   patch->force_m3 *= factor;
@@ -98,17 +103,17 @@ Deepest DeepestSample(const SampleTree& sampled, const FieldWalkResult& walk) {
 // The integral of a pair whose memory says so is not asked for: zeros.
 //
 // What was apart with G larger by an offset is apart until a place of S has moved by it (distances are 1-Lipschitz).
-// Half of that is used: then a place that touches was inside the larger G by the other half, and so an error e of that
-// query hides an area of at most e / (offset / 2). As a contact it is negligible up to a depth of kUnfelt. An offset
-// that fails is retried smaller, and later: a query that proves nothing is lost.
+// A share u of that is used: then a place that touches was inside the larger G by the rest, and so an error e of that
+// query hides an area of at most e / ((1 - u) offset). As a contact it is negligible up to a depth of kUnfelt. u (1 -
+// u), how far S may go for that error, is greatest at one half. An offset that fails is retried smaller, and later: a
+// query that proves nothing is lost.
 const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_GS, const SurfaceGoal& goal,
                                     FastPairScratch* scratch) {
   constexpr double kUsedShare = 0.5;
-  constexpr double kUnfelt_m = 5e-6;     // none of these is derived
+  constexpr double kUnfelt_m = 5e-6;     // this and the next are not derived
   constexpr double kShareOfGap = 0.5;    // of the samples' least distance
   constexpr double kLeastOffset = 0.02;  // voxels
   constexpr double kSmaller = 0.25, kLarger = 1.5;
-  constexpr int kWait = 20;
   TouchMemory* const memory = scratch->memory;
   const auto run = [&](const SurfaceGoal& of, SurfaceMemory* with) -> const SurfaceWalk::Result& {
     return scratch->surface.Run(parts.surface, parts.field, parts.bends, X_GS, of, with);
@@ -136,10 +141,10 @@ const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_G
       return result;
     }
     memory->offset_m = kSmaller * offset_m;
-    memory->queries_to_wait = kWait;
+    memory->queries_to_wait = kQueriesToRetry;
     if (memory->offset_m < kLeastOffset * parts.field.voxel_size_m) {
       memory->offset_m = 1e9;
-      memory->queries_to_wait = 10 * kWait;
+      memory->queries_to_wait = 10 * kQueriesToRetry;
     }
   }
   return run(goal, &memory->touch);
@@ -156,9 +161,11 @@ double Negligible_m3(const FastPair& parts, const PairDescription& pair, double 
   return pair.negligible_N * rho * parts.samples.area_m2 / std::max(pair.stiffness_N_per_m, 1e-9);
 }
 
+constexpr double kBetweenSamples = 0.25;  // not derived
+
 // The error of the samples' estimate: by_cells, what they miss at the border of the contact, and what fits between
-// them: the area of one times a quarter of its radius (not derived); by_field, the field's mean error at the deepest of
-// them over the area that touches.
+// them: the area of one times kBetweenSamples of its radius; by_field, the field's mean error at the deepest of them
+// over the area that touches.
 struct SampleError {
   double by_cells_m3 = 0.0;
   double by_field_m3 = 0.0;
@@ -168,7 +175,8 @@ struct SampleError {
 SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
   const SampleTree& samples = parts.samples;
   SampleError error;
-  error.by_cells_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m + kConfidence * walk.missed_m3;
+  error.by_cells_m3 =
+      samples.area_m2 / samples.num_points * kBetweenSamples * samples.usual_m + kConfidence * walk.missed_m3;
   if (walk.num_colliding == 0) return error;
   const glm::vec3 p_S = PointOf(samples.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock);
   const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(p_S);
@@ -251,7 +259,8 @@ TouchIntegral Combine(const SurfaceWalk::Result& surface, const FieldWalkResult&
 
 // By G's triangles, where one is near.
 double ExactDepth_m(const DistanceField& field, const core::Pose& X_GS, const Deepest& place) {
-  constexpr double kReach = 3.0;  // voxels; not derived: farther inside the field's error is small against the depth
+  // Farther inside the field's error is small against the depth.
+  constexpr double kReach = static_cast<double>(kDeepestExact) + static_cast<double>(kMostFieldError);  // voxels
   const glm::dvec3 p = (X_GS * place.p_S - field.origin_m) / field.voxel_size_m;
   const NearestFacet nearest = FindNearestFacet(field.triangles(), p, kReach);
   return nearest.is_found ? -nearest.height * field.voxel_size_m : place.depth_m;
@@ -343,8 +352,7 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
   }
   if (parts.coarseness > 0 && walk.num_colliding > 0 &&
       ErrorOfSamples(parts, X_GS, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
-    constexpr int kQueriesToCoarser = 20;  // not derived: a wrong choice costs a quarter of a walk
-    if (scratch->memory != nullptr) scratch->memory->queries_to_coarser = kQueriesToCoarser;
+    if (scratch->memory != nullptr) scratch->memory->queries_to_coarser = kQueriesToRetry;
     const FastPair finer = Finer(parts);
     const double margin_m = WalkMargin_m(finer.samples, pair.look_ahead_m);
     scratch->found = WalkField(finer.samples, finer.field, X_GS, margin_m, &scratch->walk);
@@ -375,7 +383,7 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
   num_patches =
       AddNearPatches(parts, X_GS, scratch->walk, walk, pair.look_ahead_m, touch, scratch->patches.data(), num_patches);
   ReducePatches({scratch->patches.data(), num_patches}, X_GS, load, pair.stiffness_N_per_m, pair.look_ahead_m,
-                2.0 * parts.field.voxel_size_m, &result->planes, 0.25 * parts.field.voxel_size_m);
+                kWidestPlane * parts.field.voxel_size_m, &result->planes, kHysteresis * parts.field.voxel_size_m);
   return 0.0;
 }
 

@@ -10,9 +10,6 @@
 namespace vps {
 namespace {
 
-constexpr double kDoubt = static_cast<double>(kUsualFieldError);
-constexpr double kLeastShare = 0.05;  // of the stiffness, of a plane far away: as ReducePatches
-
 // Which of the slot's two faces the least gap is from: those of the last cycle keep their ids.
 std::size_t FaceOf(const Gaps& gaps, const GapPlanes::Slot& slot) {
   double as_0 = glm::dot(gaps.least.n, slot.n[0]);
@@ -37,7 +34,7 @@ void TakeNearest(const core::Pose& X_GS, const PairDescription& pair, const GapP
   double sum = 0.0;
   for (std::size_t i = 0; i < std::min(gaps.planes.size(), core::kMaxContactPlanes); ++i) {
     core::ContactPlane plane = gaps.planes[order[i].second];
-    const double share = std::clamp(1.0 - order[i].first / (0.25 * pair.look_ahead_m + 1e-9), kLeastShare, 1.0);
+    const double share = GuardShare(-order[i].first, pair.look_ahead_m);
     sum += share;
     plane.stiffness_N_per_m *= static_cast<float>(share);
     planes->push_back(plane);
@@ -71,7 +68,7 @@ struct GapQuery {
     for (TouchBin& bin : bins) {
       double least = std::numeric_limits<double>::infinity();
       for (const TouchBin::Likely& one : bin.likely) {
-        const double bound = -static_cast<double>(one.depth) - kDoubt;
+        const double bound = -static_cast<double>(one.depth) - static_cast<double>(kUsualFieldError);
         if (bound >= std::min(least, kExactWithin)) break;
         const Gaps gaps = Measure(one.point, static_cast<double>(near.DepthOf(one.point)));
         measured.all.push_back({one.point, gaps, {}});

@@ -60,7 +60,7 @@ double QueryPair(const PointTree& sampled, const Voxmap& field, const core::Pose
     if (FieldNormal(field, p, &n_G)) contact.n_S = R_SG * n_G;
   }
   ReduceContacts({scratch->contacts.data(), num_contacts}, X_GS, pair.stiffness_N_per_m, pair.look_ahead_m,
-                 &result->planes, 0.25 * field.voxel_size_m);
+                 &result->planes, kHysteresis * field.voxel_size_m);
   return 0.0;
 }
 

@@ -7,7 +7,7 @@ namespace vps {
 namespace {
 
 constexpr int kHalvings = 4;  // of the way between two places above different faces, to find those that are neighbours
-constexpr double kParallel = 1e-6;  // of edges, as kSameFace of faces
+constexpr double kParallel = kSlope * kSlope;  // of edges, as kSlope of faces: sine, squared
 
 bool IsSameFace(const NearestFacet& a, const NearestFacet& b) {
   const glm::dvec3 e = glm::cross(a.normal, b.normal);

@@ -55,9 +55,9 @@ struct GapScene {
   }
 };
 
-// A place gets its exact gap when it can be nearer than this by the field: beyond, what the field is off by does not
-// matter before the next cycle.
-constexpr double kExactWithin = 0.5;
+// A place gets its exact gap when it can be nearer than this by the field. What is farther does not touch: the field is
+// off by no more.
+constexpr double kExactWithin = static_cast<double>(kMostFieldError);
 // From a point this much off the surface it is clear which face, edge or corner of G is below.
 constexpr double kClear = 0.02;
 constexpr double kSlope = 1e-3;  // faces with less between them are along each other

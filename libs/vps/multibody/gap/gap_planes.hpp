@@ -5,12 +5,14 @@
 #include "core/fixed_vector.hpp"
 #include "core/messages/haptic.hpp"
 #include "core/pose.hpp"
+#include "vps/coupling/contact_memory.hpp"
 
 namespace vps {
 
+// As many planes as the coupling takes, two thirds of them for places (not derived), the rest for their other faces.
+constexpr std::size_t kMaxGapPlanes = kMaxToolPlanes;
 constexpr std::size_t kMaxGapPlaces = 64;
-constexpr std::size_t kMaxOtherFaces = 32;
-constexpr std::size_t kMaxGapPlanes = kMaxGapPlaces + kMaxOtherFaces;
+constexpr std::size_t kMaxOtherFaces = kMaxGapPlanes - kMaxGapPlaces;
 
 // The planes of a pair for a tool that rests on the surface: gaps of single places of S, exact, whether they touch or
 // not, so that a plane is the same just before, at and just after touching. A slot holds a place of S while it matters.
