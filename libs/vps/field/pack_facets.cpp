@@ -33,7 +33,8 @@ void AddFacet(const std::array<glm::dvec3, 3>& t, bool is_doubtful, std::vector<
       glm::max(facet[0], glm::max(facet[1], facet[2])) - glm::min(facet[0], glm::min(facet[1], facet[2]));
   if (std::max({extent.x, extent.y, extent.z}) <= kLongest) {
     const glm::dvec3 area = glm::cross(glm::dvec3(facet[1] - facet[0]), glm::dvec3(facet[2] - facet[0]));
-    if (area != glm::dvec3(0.0)) facets->push_back(facet);
+    // What rounding has turned over is no wider than a step.
+    if (glm::dot(area, glm::cross(t[1] - t[0], t[2] - t[0])) > 0.0) facets->push_back(facet);
     return;
   }
   int k = 0;

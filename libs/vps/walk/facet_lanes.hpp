@@ -20,6 +20,12 @@ struct FacetCorners {
   alignas(64) std::uint32_t number[kFacetLanes];
 };
 
+// The normal of a sliver is lost in rounding: with lengths l the products of its frame are off by some 2^-23 l, with a
+// height of 2^-12 l by a thousandth of a radian. A narrower one counts as 2^-18 l farther away, many times what the
+// distances of its neighbours are rounded by, so that a point over an edge that they share has their side.
+constexpr float kSliver = 0x1p-12f;
+constexpr float kYields = 0x1p-18f;
+
 inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFrames* out) {
   FacetCorners corners;
   for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
@@ -47,6 +53,8 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     const Vec3 v = Times(across, 1.0f / cy);
     const Vec3 n = Cross(u, v);
     const F ex = cx - b;
+    const F squared_ac = Fma(cx, cx, cy * cy);
+    const F squared_bc = Fma(ex, ex, cy * cy);
     // Around all corners: the middle of the triangle's box in its own plane.
     const F low = Min(cx, F{});
     const F high = Max(cx, b);
@@ -68,11 +76,13 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     StoreF(out->b + at, b);
     StoreF(out->cx + at, cx);
     StoreF(out->cy + at, cy);
-    StoreF(out->inverse_bc + at, 1.0f / Fma(ex, ex, cy * cy));
-    StoreF(out->inverse_ca + at, 1.0f / Fma(cx, cx, cy * cy));
+    StoreF(out->inverse_bc + at, 1.0f / squared_bc);
+    StoreF(out->inverse_ca + at, 1.0f / squared_ac);
     StoreF(out->mx + at, mx);
     StoreF(out->my + at, my);
     StoreF(out->half_x + at, half);
+    const F longest = Sqrt(Max(b * b, Max(squared_ac, squared_bc)));
+    StoreF(out->yields + at, b * cy < kSliver * longest * longest ? kYields * longest : F{});
     StoreF(out->doubt + at, (I)(number & std::uint32_t{kDoubtful}) != 0 ? Fill(kDoubt) : F{});
   }
 }
@@ -105,6 +115,7 @@ inline void MeetFacet(const FacetFrames& f, std::uint32_t k, FacetTarget* to) {
   const F cy = Fill(f.cy[k]);
   const F ex = cx - b;
   const F one = Fill(1.0f);
+  const float yields = f.yields[k];
   for (int j = 0; j < kParts; ++j) {
     const Vec3 d = Minus(to->p[j], a);
     const F x = Dot(d, u);
@@ -130,7 +141,11 @@ inline void MeetFacet(const FacetFrames& f, std::uint32_t k, FacetTarget* to) {
     const F along_x = is_beside ? in_x : F{};
     const F along_y = is_beside ? in_y : F{};
     const F squared = Fma(h, h, beside);
-    const F key = Fma(beside, Fill(kBeside), squared);
+    F key = Fma(beside, Fill(kBeside), squared);
+    if (yields > 0.0f) {
+      const F farther = Sqrt(key) + yields;
+      key = farther * farther;
+    }
     const I is_nearer = key < to->key[j];
     to->key[j] = is_nearer ? key : to->key[j];
     to->squared[j] = is_nearer ? squared - f.doubt[k] : to->squared[j];

@@ -128,6 +128,7 @@ struct alignas(64) FacetFrames {
   float nx[kFacetLanes], ny[kFacetLanes], nz[kFacetLanes];  // out of the solid
   float b[kFacetLanes], cx[kFacetLanes], cy[kFacetLanes];   // B is at (b, 0), C at (cx, cy)
   float inverse_bc[kFacetLanes], inverse_ca[kFacetLanes];   // one over the squared sides
+  float yields[kFacetLanes];                                // of slivers: how much farther they count
   float mx[kFacetLanes], my[kFacetLanes], half_x[kFacetLanes];
   float doubt[kFacetLanes];  // kDoubt of a doubtful one, else 0
 };
