@@ -19,9 +19,9 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 class WalkMethod : public Method {
  public:
   WalkMethod(const vps::SampleTree& samples, const vps::DistanceField& field, vps::InstructionSet set)
-      : samples_(samples), field_(field), set_(set), scratch_(samples) {}
+      : samples_(samples), field_(field), scratch_(samples, set) {}
   Answer Query(const core::Pose& X_AB) override {
-    const vps::FieldWalkResult walk = vps::WalkField(samples_, field_, X_AB, 0.0, set_, &scratch_);
+    const vps::FieldWalkResult walk = vps::WalkField(samples_, field_, X_AB, 0.0, &scratch_);
     Answer answer;
     answer.force_A = X_AB.rotate(walk.force_m3);
     answer.points_tested = walk.points_tested;
@@ -31,7 +31,6 @@ class WalkMethod : public Method {
  private:
   const vps::SampleTree& samples_;
   const vps::DistanceField& field_;
-  vps::InstructionSet set_;
   vps::FieldWalkScratch scratch_;
 };
 

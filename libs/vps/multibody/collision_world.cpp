@@ -20,8 +20,6 @@ namespace {
 
 // Pairs tested at the same time; the memory of each is sized for the largest object. Not derived: bounds memory.
 constexpr std::size_t kMaxPairsAtOnce = 32;
-// Pairs with a memory from cycle to cycle (32 KB each); other walks start anew, with the same sums. Not derived.
-constexpr std::size_t kMaxRemembered = 64;
 
 struct PairEntry {
   PairDescription description;
@@ -31,9 +29,9 @@ struct PairEntry {
   bool is_late = false;
   double free_m = 0.0;  // found by Test
   TouchMemory touch_memory;
-  FieldWalkMemory* memory = nullptr;  // while it is near or touches, of `fast`
-  std::uint32_t points_due = 0;       // that its last walk would have tested without a budget
-  std::uint32_t most_points = 0;      // its share of this step's budget; 0: no limit
+  FieldWalkMemory walk_memory;
+  std::uint32_t points_due = 0;   // that its last walk would have tested without a budget
+  std::uint32_t most_points = 0;  // its share of this step's budget; 0: no limit
   // Of a pair with gaps; else null.
   const TouchPoints* touch = nullptr;
   std::unique_ptr<GapPlanes> gaps;
@@ -55,6 +53,15 @@ struct PairEntry {
 
 bool IsSame(const core::Pose& a, const core::Pose& b) {
   return a.rotation == b.rotation && a.translation == b.translation;
+}
+
+// Where there are more planes than fit, those that are farthest from touching give way.
+template <class Plane, std::size_t kMost>
+void PutNearest(const Plane& plane, core::FixedVector<Plane, kMost>* planes) {
+  if (planes->push_back(plane)) return;
+  Plane* const loosest = std::max_element(planes->begin(), planes->end(),
+                                          [](const Plane& a, const Plane& b) { return a.gap_m < b.gap_m; });
+  if (plane.gap_m < loosest->gap_m) *loosest = plane;
 }
 
 double DeepestPlane_m(const PairResult& result, const core::Pose& X_WS, const core::Pose& X_WG) {
@@ -79,8 +86,6 @@ struct CollisionWorld::Impl {
   std::vector<std::uint32_t> due;
   std::vector<PairScratch> scratch;           // method paper
   std::vector<FastPairScratch> fast_scratch;  // method fast
-  std::vector<FieldWalkMemory> memories;      // method fast
-  std::vector<FieldWalkMemory*> free_memories;
   double rho = 0.01;
   double alpha = 2.0;
   Method method = Method::kPaper;
@@ -99,7 +104,6 @@ struct CollisionWorld::Impl {
   core::Result<void> AddPair(const PairDescription& pair);
   void MakeScratch();
   void SetPhase(std::size_t i, PairState phase);
-  void LendMemory(PairEntry* pair);
   void SetApart(std::size_t i, double free_m);
   void Sort(std::size_t i);
   [[nodiscard]] bool IsTimeUp(std::size_t slot) const;
@@ -114,6 +118,9 @@ struct CollisionWorld::Impl {
   void Settle(std::size_t i);
   void Take(std::size_t i);
   void Sum();
+  template <class Visit>
+  void ForHandPairs(const std::vector<std::uint8_t>& is_hand_part, int ignored_object,
+                    std::span<const core::Pose> moved_X_WO, const Visit& visit) const;
 };
 
 CollisionWorld::CollisionWorld(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -197,14 +204,6 @@ void CollisionWorld::Impl::MakeScratch() {
     fast_scratch.emplace_back(*largest);
     fast_scratch.back().surface.Reserve(most_places);
   }
-  if (method == Method::kFast) memories.resize(std::min(kMaxRemembered, pairs.size()));
-  for (FieldWalkMemory& memory : memories) free_memories.push_back(&memory);
-}
-
-void CollisionWorld::Impl::LendMemory(PairEntry* pair) {
-  if (pair->memory != nullptr || free_memories.empty()) return;
-  pair->memory = free_memories.back();
-  free_memories.pop_back();
 }
 
 void CollisionWorld::SetPose(std::size_t object, const core::Pose& X_WO) {
@@ -273,10 +272,6 @@ void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
       --num_touching;
     }
   }
-  if (phase < PairState::kNear && pairs[i].memory != nullptr) {
-    free_memories.push_back(pairs[i].memory);
-    pairs[i].memory = nullptr;
-  }
   phases[i] = phase;
 }
 
@@ -305,7 +300,6 @@ void CollisionWorld::Impl::Sort(std::size_t i) {
     const core::Pose& X_WS = schedule.X_WO(pair.description.sampled);
     if (!pair.is_current || !IsSame(pair.X_GS, schedule.X_WO(pair.description.field).inverse() * X_WS)) {
       due.push_back(static_cast<std::uint32_t>(i));
-      LendMemory(&pair);
       return;
     }
     pair.result.F_So_W = PenaltyWrench(pair.description.stiffness_N_per_m, Rotate(X_WS, pair.result.f_So_S));
@@ -352,12 +346,11 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
   const PairDescription d = DescriptionNow(pair);
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
-  fast_scratch[slot].walk.memory = pair.memory;
+  fast_scratch[slot].walk.memory = &pair.walk_memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
   const SampleTree& sampled = pair.TreeOf(*objects[d.sampled]);
   const double margin_m = pair.touch != nullptr ? d.look_ahead_m : WalkMargin_m(sampled, d.look_ahead_m);
-  num_chunks[slot] = PrepareWalk(sampled, *objects[d.field]->field, pair.X_GS, margin_m, BestInstructionSet(),
-                                 &fast_scratch[slot].walk);
+  num_chunks[slot] = fast_scratch[slot].walk.Prepare(sampled, *objects[d.field]->field, pair.X_GS, margin_m);
 }
 
 // The first worker at a pair's chunks decides for all of them whether there is time.
@@ -372,7 +365,7 @@ void CollisionWorld::Impl::EvaluateFast(std::size_t index) {
     }
     if (fate == Fate::kLate) return;
   }
-  EvaluateChunk(&fast_scratch[slot].walk, static_cast<std::uint32_t>(index));
+  fast_scratch[slot].walk.Evaluate(static_cast<std::uint32_t>(index));
 }
 
 void CollisionWorld::Impl::FinishFast(std::size_t slot) {
@@ -386,7 +379,7 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
                                                : FastPairOf(S, G, pair.touch_memory);
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   FastPairScratch* const memory = &fast_scratch[slot];
-  memory->found = FinishWalk(&memory->walk);
+  memory->found = memory->walk.Finish();
   memory->memory = &pair.touch_memory;
   memory->most_points = pair.most_points;
   if (pair.gaps != nullptr) {
@@ -513,47 +506,51 @@ double CollisionWorld::Depth_m(std::size_t i, std::span<const core::Pose> moved_
          DeepestPlane_m(result, w.schedule.X_WO(s), w.schedule.X_WO(g));
 }
 
+// visit(pair, X_WS, X_WG): the active pairs of which exactly one side is of the hand, but for those of
+// `ignored_object`.
+template <class Visit>
+void CollisionWorld::Impl::ForHandPairs(const std::vector<std::uint8_t>& is_hand_part, int ignored_object,
+                                        std::span<const core::Pose> moved_X_WO, const Visit& visit) const {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const std::size_t s = schedule.a(i);
+    const std::size_t g = schedule.b(i);
+    if (phases[i] == PairState::kInactive || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
+    if (ignored_object >= 0 && (s == std::size_t(ignored_object) || g == std::size_t(ignored_object))) continue;
+    visit(i, moved_X_WO.empty() ? schedule.X_WO(s) : moved_X_WO[s],
+          moved_X_WO.empty() ? schedule.X_WO(g) : moved_X_WO[g]);
+  }
+}
+
 void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC,
                                  CouplingContact* contact, int ignored_object,
                                  std::span<const core::Pose> moved_X_WO) const {
-  const Impl& w = *impl_;
   *contact = {};
-  for (std::size_t i = 0; i < w.pairs.size(); ++i) {
-    const std::size_t s = w.schedule.a(i);
-    const std::size_t g = w.schedule.b(i);
-    if (w.phases[i] == PairState::kInactive || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
-    if (ignored_object >= 0 && (s == std::size_t(ignored_object) || g == std::size_t(ignored_object))) continue;
-    const PairResult& result = w.pairs[i].result;
-    const double rest_m = RestPenetration_m(i);
-    const double apart_m =
-        result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : w.pairs[i].description.look_ahead_m;
-    contact->free_distance_m = std::min(contact->free_distance_m, apart_m + rest_m);
-    if (result.planes.empty()) continue;
-    // The wrench on the hand: as it is if the hand is the sampled side, its opposite if it is the field.
-    const double side = is_hand_part[s] != 0 ? 1.0 : -1.0;
-    const core::Pose& X_WS = moved_X_WO.empty() ? w.schedule.X_WO(s) : moved_X_WO[s];
-    const core::Pose& X_WG = moved_X_WO.empty() ? w.schedule.X_WO(g) : moved_X_WO[g];
-    const double depth_m = Depth_m(i, moved_X_WO);
-    if (result.is_in_contact && (moved_X_WO.empty() || depth_m >= 0.0)) {
-      contact->is_in_contact = true;
-      contact->deepest_excess_m = std::max(contact->deepest_excess_m, depth_m - rest_m);
-      contact->f_Co_W += side * Shift(Rotate(X_WS, result.f_So_S), X_WS.translation - X_WC.translation);
-    }
-    for (const core::ContactPlane& plane : result.planes) {
-      CouplingPlane row;
-      const glm::dvec3 p_W = X_WS * glm::dvec3(plane.p_S);
-      const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
-      row.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(plane.q_G));
-      row.p_CoQ_W = p_W - X_WC.translation;
-      row.n_W = side * n_W;
-      row.rest_m = rest_m;
-      // When the hand has more planes than fit, those with the largest gaps are dropped.
-      if (contact->planes.push_back(row)) continue;
-      auto* loosest = std::max_element(contact->planes.begin(), contact->planes.end(),
-                                       [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
-      if (row.gap_m < loosest->gap_m) *loosest = row;
-    }
-  }
+  impl_->ForHandPairs(
+      is_hand_part, ignored_object, moved_X_WO, [&](std::size_t i, const core::Pose& X_WS, const core::Pose& X_WG) {
+        const PairEntry& pair = impl_->pairs[i];
+        const PairResult& result = pair.result;
+        const double rest_m = RestPenetration_m(i);
+        contact->free_distance_m = std::min(contact->free_distance_m, ApartAtLeast_m(i) + rest_m);
+        if (result.planes.empty()) return;
+        // The wrench on the hand: as it is if the hand is the sampled side, its opposite if it is the field.
+        const double side = is_hand_part[pair.description.sampled] != 0 ? 1.0 : -1.0;
+        const double depth_m = Depth_m(i, moved_X_WO);
+        if (result.is_in_contact && (moved_X_WO.empty() || depth_m >= 0.0)) {
+          contact->is_in_contact = true;
+          contact->deepest_excess_m = std::max(contact->deepest_excess_m, depth_m - rest_m);
+          contact->f_Co_W += side * Shift(Rotate(X_WS, result.f_So_S), X_WS.translation - X_WC.translation);
+        }
+        for (const core::ContactPlane& plane : result.planes) {
+          CouplingPlane row;
+          const glm::dvec3 p_W = X_WS * glm::dvec3(plane.p_S);
+          const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
+          row.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(plane.q_G));
+          row.p_CoQ_W = p_W - X_WC.translation;
+          row.n_W = side * n_W;
+          row.rest_m = rest_m;
+          PutNearest(row, &contact->planes);
+        }
+      });
 }
 
 std::uint32_t CollisionWorld::HandPlaneId(std::size_t pair, const core::ContactPlane& plane) {
@@ -567,37 +564,26 @@ void CollisionWorld::KeepHandPlane(std::uint32_t id) {
 
 void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object,
                                 std::span<const core::Pose> moved_X_WO) const {
-  const Impl& w = *impl_;
   *contact = {};
-  for (std::size_t i = 0; i < w.pairs.size(); ++i) {
-    const std::size_t s = w.schedule.a(i);
-    const std::size_t g = w.schedule.b(i);
-    if (w.phases[i] == PairState::kInactive || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
-    if (ignored_object >= 0 && (s == std::size_t(ignored_object) || g == std::size_t(ignored_object))) continue;
-    const PairEntry& pair = w.pairs[i];
-    contact->free_distance_m =
-        std::min(contact->free_distance_m,
-                 pair.result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : pair.description.look_ahead_m);
-    const bool is_hand_sampled = is_hand_part[s] != 0;
-    const core::Pose& X_WS = moved_X_WO.empty() ? w.schedule.X_WO(s) : moved_X_WO[s];
-    const core::Pose& X_WG = moved_X_WO.empty() ? w.schedule.X_WO(g) : moved_X_WO[g];
-    for (const core::ContactPlane& from : pair.planes()) {
-      const glm::dvec3 p_W = X_WS * glm::dvec3(from.p_S);
-      const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(from.n_G));
-      ToolPlane plane;
-      plane.id = HandPlaneId(i, from);
-      plane.body = static_cast<std::uint16_t>(is_hand_sampled ? g : s);
-      plane.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(from.q_G));
-      plane.p_W = is_hand_sampled ? p_W : p_W - plane.gap_m * n_W;
-      plane.n_W = is_hand_sampled ? n_W : -n_W;
-      plane.friction = pair.description.friction;
-      if (contact->planes.push_back(plane)) continue;
-      // Those that are farthest from touching give way.
-      auto* loosest = std::max_element(contact->planes.begin(), contact->planes.end(),
-                                       [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
-      if (plane.gap_m < loosest->gap_m) *loosest = plane;
-    }
-  }
+  impl_->ForHandPairs(is_hand_part, ignored_object, moved_X_WO,
+                      [&](std::size_t i, const core::Pose& X_WS, const core::Pose& X_WG) {
+                        const PairEntry& pair = impl_->pairs[i];
+                        const PairDescription& d = pair.description;
+                        contact->free_distance_m = std::min(contact->free_distance_m, ApartAtLeast_m(i));
+                        const bool is_hand_sampled = is_hand_part[d.sampled] != 0;
+                        for (const core::ContactPlane& from : pair.planes()) {
+                          const glm::dvec3 p_W = X_WS * glm::dvec3(from.p_S);
+                          const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(from.n_G));
+                          ToolPlane plane;
+                          plane.id = HandPlaneId(i, from);
+                          plane.body = is_hand_sampled ? d.field : d.sampled;
+                          plane.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(from.q_G));
+                          plane.p_W = is_hand_sampled ? p_W : p_W - plane.gap_m * n_W;
+                          plane.n_W = is_hand_sampled ? n_W : -n_W;
+                          plane.friction = d.friction;
+                          PutNearest(plane, &contact->planes);
+                        }
+                      });
 }
 
 void CollisionWorld::FillContactSet(std::size_t pair_index, core::ContactSet* message) const {
@@ -640,6 +626,10 @@ double CollisionWorld::signed_distance_m(std::size_t i) const {
   const PairEntry& pair = impl_->pairs[i];
   if (!pair.description.is_active || !pair.result.planes.empty()) return pair.result.signed_distance_m;
   return pair.description.look_ahead_m + impl_->schedule.FreeDistance_m(i);
+}
+double CollisionWorld::ApartAtLeast_m(std::size_t i) const {
+  const PairEntry& pair = impl_->pairs[i];
+  return pair.result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : pair.description.look_ahead_m;
 }
 PairState CollisionWorld::state(std::size_t pair) const {
   const PairState phase = impl_->phases[pair];

@@ -180,6 +180,8 @@ class CollisionWorld {
  private:
   struct Impl;
   explicit CollisionWorld(std::unique_ptr<Impl> impl);
+  // Lower bound of the distance of everything that the pair's planes do not stand for.
+  [[nodiscard]] double ApartAtLeast_m(std::size_t pair) const;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -302,7 +302,7 @@ double QueryFastPair(const FastPair& parts, const core::Pose& X_WS, const core::
 void ClearTouch(FastPairScratch* scratch, PairResult* result) {
   scratch->touch = {};
   scratch->is_cut_short = scratch->found.is_cut_short;
-  scratch->points_due = scratch->walk.points_due();
+  scratch->points_due = scratch->found.points_due;
   result->f_So_S = {};
   result->F_So_W = {};
   result->force_error_N = 0.0;

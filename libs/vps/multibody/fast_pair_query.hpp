@@ -85,7 +85,7 @@ double QueryFastPair(const FastPair& parts, const core::Pose& X_WS, const core::
 // The margin of its walk: the look-ahead, but at least so much that every sample is near whose patch can be in contact.
 double WalkMargin_m(const SampleTree& sampled, double look_ahead_m);
 
-// The same in parts: PrepareWalk with that margin, its chunks, scratch->found = FinishWalk, then this.
+// The same in parts: scratch->walk.Prepare with that margin, its chunks, scratch->found = its Finish, then this.
 double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS,
                       const PairDescription& pair, double rho, FastPairScratch* scratch, PairResult* result);
 

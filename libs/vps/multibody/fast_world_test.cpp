@@ -9,6 +9,7 @@
 #include "vps/asset/cooked_file.hpp"
 #include "vps/multibody/collision_world.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
+#include "vps/testing/flat_walk.hpp"
 #include "vps/testing/shapes.hpp"
 
 // The method `fast` behind the interface of CollisionWorld.

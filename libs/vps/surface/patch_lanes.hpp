@@ -1,69 +1,13 @@
 // Patches of S in G's field; included by walk_lanes.hpp. README.md derives the formulas.
 
-// The field with its gradient at points in voxels, anywhere, as SampleField.
-inline F SampleWithGradient(const WalkInput& in, const Vec3& p, Vec3* g) {
-  const Vec3 q = ClampToGrid(in, p);
-  const I cx = ToI(q.x);
-  const I cy = ToI(q.y);
-  const I cz = ToI(q.z);
-  const U brick = Gather(in.bricks, (U)(((cz >> 3) * (in.ny >> 3) + (cy >> 3)) * (in.nx >> 3) + (cx >> 3)));
-  const U word = Gather(in.words, brick + WordInBrickOf(cx, cy, cz));
-  const Vec3 e{q.x - ToF(cx) - 0.5f, q.y - ToF(cy) - 0.5f, q.z - ToF(cz) - 0.5f};
-  const I is_other = (I)((word & 0x7fU) == kOtherKind);
-  const I is_coarse = (I)(word == kCoarseWord);
-  const I is_crease = is_other & ~is_coarse;
-  F d = PlaneAndGradient(word, e, g);
-  if (Bits(is_crease) != 0) {
-    const U at = (U)(is_crease & (I)(word >> 7)) * kPlanesPerCrease;
-    U words[4];
-    F u[4];
-    Vec3 of[4];
-    for (int k = 0; k < 4; ++k) {
-      words[k] = Gather(in.creases + k, at);
-      u[k] = PlaneAndGradient(words[k], e, &of[k]);
-    }
-    const F side = (I)(words[0] << 10) < 0 ? Fill(-1.0f) : Fill(1.0f);
-    const I is_nested = (I)(words[1] << 10) < 0;
-    for (F& value : u) value *= side;
-    const auto pick = [](I first, const F* values, const Vec3* gradients, F* value, Vec3* gradient) {
-      *value = first ? values[0] : values[1];
-      *gradient = {first ? gradients[0].x : gradients[1].x, first ? gradients[0].y : gradients[1].y,
-                   first ? gradients[0].z : gradients[1].z};
-    };
-    F ab[2];
-    Vec3 gab[2];
-    pick((u[0] >= u[1]) ^ is_nested, u, of, &ab[0], &gab[0]);
-    pick((u[2] >= u[3]) ^ is_nested, u + 2, of + 2, &ab[1], &gab[1]);
-    F best;
-    Vec3 gradient;
-    pick(ab[0] >= ab[1], ab, gab, &best, &gradient);
-    d = is_crease ? side * best : d;
-    *g = {is_crease ? gradient.x : g->x, is_crease ? gradient.y : g->y, is_crease ? gradient.z : g->z};
-  }
-  if (Bits(is_coarse) != 0) {
-    Vec3 from;
-    const U at = ((U)is_coarse & CoarseCellAt(in, q, &from)) * 2;
-    const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
-    const U code = Gather(cells + 1, at);
-    constexpr std::uint32_t kTop = 0xff000000U;
-    const F far = CoarseFrom(Gather(cells, at), code, from);
-    d = is_coarse ? far : d;
-    *g = {is_coarse ? ToF((I)(code << 24 & kTop)) * kCoarseGradientScale : g->x,
-          is_coarse ? ToF((I)(code << 16 & kTop)) * kCoarseGradientScale : g->y,
-          is_coarse ? ToF((I)(code << 8 & kTop)) * kCoarseGradientScale : g->z};
-  }
-  const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
-  return outside > 0.0f ? Max(d, outside) : d;
-}
-
 void ReadPatches(const PatchInput& in, PatchBlock* b) {
   const auto& R = in.rotation;
   for (int at = 0; at < kPatchLanes; at += kLanes) {
     const Vec3 p = ToVoxels(in.field, LoadF(b->node[kCentreRow] + at), LoadF(b->node[kCentreRow + 1] + at),
                             LoadF(b->node[kCentreRow + 2] + at));
-    Vec3 g;
-    const F d = SampleWithGradient(in.field, p, &g);
-    StoreF(b->depth + at, in.offset_m - d * in.field.m_per_voxel);
+    const FieldAt field = SampleWithGradient(in.field, p);
+    const Vec3& g = field.gradient;
+    StoreF(b->depth + at, in.offset_m - field.distance * in.field.m_per_voxel);
     for (int i = 0; i < 3; ++i) {  // R^T g
       StoreF(b->slope[i] + at, -Fma(Fill(R[0][i]), g.x, Fma(Fill(R[1][i]), g.y, R[2][i] * g.z)));
     }

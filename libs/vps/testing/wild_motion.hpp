@@ -8,8 +8,8 @@
 #include "vps/multibody/collision_world.hpp"
 #include "vps/oracle/closed_form.hpp"
 #include "vps/testing/brute_force.hpp"
+#include "vps/testing/flat_walk.hpp"
 #include "vps/testing/shapes.hpp"
-#include "vps/walk/field_walk.hpp"
 
 // For tests: a scene whose motion is hard on coherence, with reference answers for its contacts.
 namespace vps::test {

@@ -4,11 +4,11 @@
 
 namespace vps {
 
-// *free_distance: lower bound of the distance between S's points and G [voxels], by best-first refinement: of the
-// spheres known, the two with the least bounds are replaced by their sixteen children each, until more than
-// kMostSphereBlocks blocks of spheres have been bounded. Returns the number of spheres tested. Not derived: more blocks
-// give a better bound and take longer.
-constexpr std::uint32_t kMostSphereBlocks = 6;
-std::uint32_t BoundFreeDistance(const WalkInput& in, const WalkKernels& kernels, double* free_distance);
+// Blocks of spheres that are bounded. Not derived: more of them give a better bound and take longer.
+constexpr std::uint32_t kMostSphereBlocks = 7;
+
+// Lower bound of the distance between S's points and G [voxels], by best-first refinement: of the spheres known, the
+// one with the least bound is replaced by its sixteen children. Adds the number of spheres tested.
+double BoundFreeDistance(const WalkInput& in, const WalkKernels& kernels, std::uint32_t* spheres_tested);
 
 }  // namespace vps

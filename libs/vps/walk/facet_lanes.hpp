@@ -34,13 +34,12 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     corners.at[2][k] = z + kFacetStep * static_cast<float>(block.z[k]);
     corners.number[k] = block.corners[k];
   }
-  Place places[3];
-  for (int i = 0; i < 3; ++i) places[i] = LoadPlace(reinterpret_cast<const std::uint32_t*>(corners.at[i]));
   for (int at = 0; at < static_cast<int>(kFacetLanes); at += kLanes) {
     const U number = LoadU(corners.number + at);
     const auto corner = [&](int k) {
       const U n = number >> 4 * k & 15U;
-      return Vec3{(F)PlaceOf(places[0], n), (F)PlaceOf(places[1], n), (F)PlaceOf(places[2], n)};
+      const auto of_axis = [&](int i) { return (F)Gather(reinterpret_cast<const std::uint32_t*>(corners.at[i]), n); };
+      return Vec3{of_axis(0), of_axis(1), of_axis(2)};
     };
     const Vec3 a = corner(0);
     const Vec3 ab = Minus(corner(1), a);

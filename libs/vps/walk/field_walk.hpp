@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/pose.hpp"
@@ -18,67 +17,7 @@ enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 
-struct FieldWalkResult;
-class FieldWalkMemory;
-
-// Memory of walks, allocated once; serves this tree and smaller ones.
-class FieldWalkScratch {
- public:
-  explicit FieldWalkScratch(const SampleTree& tree);
-
-  // Memory of the pair from one walk to the next; null: each walk starts anew.
-  FieldWalkMemory* memory = nullptr;
-  // Budget of a walk that uses this scratch, points; 0: unlimited. If there are more to test, the blocks that are
-  // deepest by estimate are tested, at least 64 of them, so that the deepest point stays; a larger budget tests the
-  // same blocks and more, so that the missing part of the integral of the depth only shrinks.
-  std::uint32_t most_points = 0;
-  // Blocks with a point within the margin, ascending, and where the depths of their points are.
-  std::vector<std::uint32_t> near_blocks;
-  std::vector<std::uint32_t> near_slots;
-  struct alignas(64) Depths {
-    float of[kBlock];  // voxels, positive inside
-  };
-  std::vector<Depths> near_depths;
-  // Blocks whose points the last walk tested, ascending.
-  [[nodiscard]] std::span<const std::uint32_t> tested_blocks() const {
-    return {blocks_, num_chunks_ > 0 ? chunks_[num_chunks_ - 1].end : 0};
-  }
-  // Of the last walk: whether the budget ran out, and how many points it would have tested without one.
-  [[nodiscard]] bool is_cut_short() const { return is_cut_short_; }
-  [[nodiscard]] std::uint32_t points_due() const { return points_due_; }
-  [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths[near_slots[near]].of; }
-
- private:
-  friend std::uint32_t PrepareWalk(const SampleTree&, const DistanceField&, const core::Pose&, double, InstructionSet,
-                                   FieldWalkScratch*);
-  friend void EvaluateChunk(FieldWalkScratch*, std::uint32_t);
-  friend FieldWalkResult FinishWalk(FieldWalkScratch*);
-  struct Chunk {
-    std::uint32_t begin, end;  // in blocks_
-    WalkSums sums;
-  };
-  std::vector<std::uint32_t> queue_;
-  std::vector<float> bounds_;              // of the blocks found: slacks or least distances, voxels
-  std::vector<std::uint32_t> chunk_near_;  // near blocks of each chunk, from its begin
-  std::vector<Chunk> chunks_;
-  std::uint32_t chunk_shift_ = 0;  // a chunk holds blocks whose numbers differ only in so many last bits
-  std::uint32_t num_chunks_ = 0;
-  std::uint32_t* blocks_ = nullptr;  // in queue_
-  WalkInput input_{};
-  WalkKernels kernels_{};
-  std::uint32_t FindBlocks(float* kept = nullptr, float skin = 0.0f);
-  std::uint32_t ListBlocks(double skin_voxels);
-  bool IsFarApart();
-  void RememberApart(double free_voxels) const;
-  std::uint32_t PickDeepest(std::uint32_t most_blocks);
-  void CutIntoChunks(std::uint32_t num_blocks);
-
-  double voxel_size_m_ = 0.0;
-  std::uint32_t spheres_tested_ = 0;
-  bool is_cut_short_ = false;
-  std::uint32_t points_due_ = 0;
-  double free_distance_ = 0.0;  // of what was culled, voxels
-};
+struct FieldWalkMemory;
 
 // The penalty integral over the part of S's surface inside G, by quadrature over the samples i with weights A_i (area),
 // depths d_i > 0 and inward normals n_i, at places p_i; about S's mesh origin, in S:
@@ -107,28 +46,62 @@ struct FieldWalkResult {
   std::uint32_t num_colliding = 0;
   std::uint32_t spheres_tested = 0;
   std::uint32_t points_tested = 0;
+  std::uint32_t points_due = 0;  // that it would have tested without a budget
   bool is_cut_short = false;     // the budget ran out: sums and near points are of the blocks tested
   double free_distance_m = 0.0;  // nothing near: every point of S may move so far before one can be near
+};
+
+// Walks, with their memory, allocated once; serves this tree and smaller ones.
+class FieldWalkScratch {
+ public:
+  explicit FieldWalkScratch(const SampleTree& tree, InstructionSet set = BestInstructionSet());
+
+  // Memory of the pair from one walk to the next; null: each walk starts anew.
+  FieldWalkMemory* memory = nullptr;
+  // Budget of a walk that uses this scratch, points; 0: unlimited. If there are more to test, the blocks that are
+  // deepest by estimate are tested, at least 64 of them, so that the deepest point stays; a larger budget tests the
+  // same blocks and more, so that the missing part of the integral of the depth only shrinks.
+  std::uint32_t most_points = 0;
+
+  // A walk in parts, so that several workers can share one heavy pair: Prepare returns a number of chunks, each of
+  // which one thread must evaluate, in any order; Finish adds them up in theirs. The result does not depend on who
+  // evaluated what. The tree and the field must stay as they are from the first to the last. None allocates.
+  std::uint32_t Prepare(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m);
+  void Evaluate(std::uint32_t chunk) { kernels_.evaluate(input_, &chunks_[chunk]); }
+  FieldWalkResult Finish();
+
+  // Of the last walk: blocks with a point within the margin, ascending, and the mean depths of their points, voxels,
+  // positive inside.
+  std::vector<std::uint32_t> near_blocks;
+  [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths_[near_slots_[near]].of; }
+
+ private:
+  struct alignas(64) Depths {
+    float of[kBlock];
+  };
+  void FindBlocks(float* estimates = nullptr);
+  void PickDeepest(std::uint32_t most_blocks);
+  [[nodiscard]] FieldWalkResult Apart(double free_distance);
+
+  std::vector<std::uint32_t> queue_;
+  std::vector<float> estimates_;  // of the blocks found: least distances, voxels
+  std::vector<std::uint32_t> near_slots_;
+  std::vector<Depths> near_depths_;
+  std::vector<WalkChunk> chunks_;
+  WalkKernels kernels_;
+  WalkInput input_{};
+  std::uint32_t* blocks_ = nullptr;  // in queue_
+  std::uint32_t num_blocks_ = 0;
+  std::uint32_t num_chunks_ = 0;
+  double voxel_size_m_ = 0.0;
+  double free_distance_ = 0.0;  // of what was culled, voxels
+  FieldWalkResult result_;
 };
 
 // Tests the tree's spheres level by level against the field (one vector instruction for all children of a node) and
 // the points of every block whose sphere may come within `margin_m` >= 0 of G. X_GS: pose of S in G. Does not allocate.
 FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                           double margin_m, FieldWalkScratch* scratch);
-FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                          double margin_m, InstructionSet set, FieldWalkScratch* scratch);
-
-// The same in parts, so that several workers can share one heavy pair: PrepareWalk returns a number of chunks, each of
-// which one thread must evaluate, in any order; FinishWalk adds them up in theirs. The result does not depend on who
-// evaluated what. The tree, field and scratch must stay as they are from the first to the last. None allocates.
-std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                          double margin_m, InstructionSet set, FieldWalkScratch* scratch);
-void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
-FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
-
-// The reference: every point, one after the other, with SampleField.
-FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                              double margin_m);
 
 // Point of S in G's voxels, and the direction from there.
 struct FieldTransform {

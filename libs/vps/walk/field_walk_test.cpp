@@ -8,6 +8,7 @@
 
 #include "vps/field/build_field.hpp"
 #include "vps/oracle/exact_distance.hpp"
+#include "vps/testing/flat_walk.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
@@ -72,6 +73,7 @@ void ExpectSameBits(const FieldWalkResult& a, const FieldWalkResult& b) {
   EXPECT_EQ(a.moment_m4, b.moment_m4);
   EXPECT_EQ(a.volume_m3, b.volume_m3);
   EXPECT_EQ(a.square_m4, b.square_m4);
+  EXPECT_EQ(a.missed_m3, b.missed_m3);
   EXPECT_EQ(a.deepest_m, b.deepest_m);
   EXPECT_EQ(a.deepest_point, b.deepest_point);
   EXPECT_EQ(a.num_near, b.num_near);
@@ -82,14 +84,14 @@ void ExpectSameBits(const FieldWalkResult& a, const FieldWalkResult& b) {
 TEST(FieldWalk, FindsWhatTestingEveryPointFinds) {
   int num_touching = 0;
   for (const Pair* pair : {&PegInHole(), &Tori()}) {
-    FieldWalkScratch scratch(pair->points);
     for (const double margin_m : {0.0, 0.002}) {
       ForPoses(*pair, 150, [&](const core::Pose& X_GS) {
         const FieldWalkResult flat = WalkFieldFlat(pair->points, pair->field, X_GS, margin_m);
         num_touching += flat.num_colliding > 0 ? 1 : 0;
         for (const InstructionSet set : kSets) {
           if (!IsAvailable(set)) continue;
-          ExpectSame(WalkField(pair->points, pair->field, X_GS, margin_m, set, &scratch), flat, *pair);
+          FieldWalkScratch scratch(pair->points, set);
+          ExpectSame(WalkField(pair->points, pair->field, X_GS, margin_m, &scratch), flat, *pair);
         }
         ASSERT_FALSE(testing::Test::HasFailure());
       });
@@ -103,10 +105,11 @@ TEST(FieldWalk, EveryInstructionSetGivesTheSameBits) {
   for (const Pair* pair : {&PegInHole(), &Tori()}) {
     FieldWalkScratch scratch(pair->points);
     ForPoses(*pair, 100, [&](const core::Pose& X_GS) {
-      const FieldWalkResult wide = WalkField(pair->points, pair->field, X_GS, 0.001, BestInstructionSet(), &scratch);
+      const FieldWalkResult wide = WalkField(pair->points, pair->field, X_GS, 0.001, &scratch);
       for (const InstructionSet set : kSets) {
         if (!IsAvailable(set)) continue;
-        const FieldWalkResult other = WalkField(pair->points, pair->field, X_GS, 0.001, set, &scratch);
+        FieldWalkScratch of_set(pair->points, set);
+        const FieldWalkResult other = WalkField(pair->points, pair->field, X_GS, 0.001, &of_set);
         ExpectSameBits(other, wide);
         EXPECT_EQ(other.free_distance_m, wide.free_distance_m);
         EXPECT_EQ(other.points_tested, wide.points_tested);
@@ -121,11 +124,11 @@ TEST(FieldWalk, ChunksGiveTheSameBitsInAnyOrder) {
   FieldWalkScratch parts(dense);
   std::uint32_t most_chunks = 0;
   ForPoses(PegInHole(), 50, [&](const core::Pose& X_GS) {
-    const FieldWalkResult whole = WalkField(dense, PegInHole().field, X_GS, 0.0005, BestInstructionSet(), &scratch);
-    const std::uint32_t count = PrepareWalk(dense, PegInHole().field, X_GS, 0.0005, BestInstructionSet(), &parts);
+    const FieldWalkResult whole = WalkField(dense, PegInHole().field, X_GS, 0.0005, &scratch);
+    const std::uint32_t count = parts.Prepare(dense, PegInHole().field, X_GS, 0.0005);
     most_chunks = std::max(most_chunks, count);
-    for (std::uint32_t i = count; i-- > 0;) EvaluateChunk(&parts, i);
-    ExpectSameBits(FinishWalk(&parts), whole);
+    for (std::uint32_t i = count; i-- > 0;) parts.Evaluate(i);
+    ExpectSameBits(parts.Finish(), whole);
     for (std::uint32_t i = 0; i < whole.num_near_blocks; ++i) {
       ASSERT_EQ(parts.near_blocks[i], scratch.near_blocks[i]);
       for (std::uint32_t k = 0; k < kBlock; ++k) ASSERT_EQ(parts.depths(i)[k], scratch.depths(i)[k]);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <span>
 
 #include "vps/walk/field_walk.hpp"
 
@@ -51,14 +52,14 @@ class Ranks {
 
 // The blocks that are deepest by estimate, at least kAlways: they hold the deepest point unless the field is rougher
 // than a block. Proven bounds instead would need nine tenths of a pressed peg's blocks.
-std::uint32_t FieldWalkScratch::PickDeepest(std::uint32_t most_blocks) {
-  const std::uint32_t num_blocks = FindBlocks(bounds_.data());
+void FieldWalkScratch::PickDeepest(std::uint32_t most_blocks) {
   most_blocks = std::max(most_blocks, kAlways);
-  if (num_blocks <= most_blocks) return num_blocks;
-  const std::span<const float> least(bounds_.data(), num_blocks);
+  if (num_blocks_ <= most_blocks) return;
+  FindBlocks(estimates_.data());
+  const std::span<const float> least(estimates_.data(), num_blocks_);
   const Ranks ranks(least, input_.margin);
-  is_cut_short_ = true;
-  return ranks.Pick(ranks.First(most_blocks), least, blocks_, blocks_);
+  result_.is_cut_short = true;
+  num_blocks_ = ranks.Pick(ranks.First(most_blocks), least, blocks_, blocks_);
 }
 
 }  // namespace vps

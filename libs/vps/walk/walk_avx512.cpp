@@ -28,35 +28,11 @@ inline F Sqrt(F v) {
 inline unsigned Bits(I mask) {
   return _mm512_movepi32_mask((__m512i)mask);
 }
-
-inline unsigned EqualBits(U a, U b) {
-  return _mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b);
-}
 inline unsigned LessBits(F a, F b) {
   return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
 }
 inline F Fma(F a, F b, F c) {
   return _mm512_fmadd_ps(a, b, c);
-}
-typedef __m512i Octet;
-inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z) {
-  // _mm_load_sd would ask for the alignment of a double.
-  const __m128d low = _mm_castsi128_pd(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(corner)));
-  const __m128d high = _mm_castsi128_pd(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(corner + stride_z)));
-  const __m128d a = _mm_loadh_pd(low, reinterpret_cast<const double*>(corner + stride_y));
-  const __m128d b = _mm_loadh_pd(high, reinterpret_cast<const double*>(corner + stride_z + stride_y));
-  const __m256i all = _mm256_castpd_si256(_mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1));
-  return _mm512_castsi256_si512(_mm256_sub_epi32(all, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(kTaken))));
-}
-inline U LookUp(const Octet& octet, U index) {
-  return (U)_mm512_permutexvar_epi32((__m512i)index, octet);
-}
-typedef __m512i Place;
-inline Place LoadPlace(const std::uint32_t* sixteen) {
-  return _mm512_loadu_si512(sixteen);
-}
-inline U PlaceOf(const Place& place, U coordinate) {
-  return (U)_mm512_permutexvar_epi32((__m512i)coordinate, place);
 }
 // In a register first: with a mask the store itself takes many times as long.
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
@@ -68,7 +44,7 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
 }  // namespace
 
 WalkKernels Avx512WalkKernels() {
-  return {Cull, Evaluate, BoundSpheres, MeasureFacets, ReadPatches, JudgePatches};
+  return {Cull, Evaluate, Bound, MeasureFacets, ReadPatches, JudgePatches};
 }
 
 }  // namespace vps

@@ -30,7 +30,6 @@ WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS) {
   in.ny = field.ny;
   in.nz = field.nz;
   in.coarse_shift = field.coarse_shift;
-  in.partial_block = 0xffffffffU;  // no block is only partly filled
   std::memcpy(in.m, T.m, sizeof in.m);
   std::memcpy(in.t, T.t, sizeof in.t);
   in.voxels_per_m = static_cast<float>(1.0 / field.voxel_size_m);

@@ -27,25 +27,11 @@ struct WalkInput {
   const SphereBlock* spheres;
   const std::uint32_t* level_begin;
   std::uint32_t num_levels;
-  std::uint32_t partial_block;  // the point block with fillers, or none
-  std::uint32_t last_leaves;    // the last sphere block of level 0, which may have fillers
   // p_voxels = m p_S + t.
   float m[3][3];
   float t[3];
   float voxels_per_m, m_per_voxel;
   float margin;  // voxels: points nearer than this are reported
-};
-
-// Sums of one chunk of blocks: sixteen lanes each, whatever the width of the registers, so that every instruction set
-// adds in the same order.
-struct alignas(64) WalkSums {
-  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kMissed, kMissedSquared, kNumSums };
-  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2, voxels * m^2, voxels^2 * m^4
-  double of[kNumSums][kBlock];
-  float depth[kBlock];  // deepest of each lane, voxels
-  std::uint32_t depth_block[kBlock];
-  float free_distance;  // least distance of the points tested, voxels
-  std::uint32_t num_near, num_colliding, num_near_blocks;
 };
 
 // Reconstruction error, voxels, that bounds by the distance at a cell's centre allow for: the fitted planes of a crease
@@ -56,31 +42,13 @@ constexpr float kCullSlack = 0.5f;
 constexpr float kModelSlack = 1.7321f;
 constexpr float kBeyondBand = 2.1f;
 
-// Where the word of a cell lies, from the last four bits of its coordinates in a window of 2 x 2 x 2 bricks: the sum of
-// three entries is WordInBrick in the low bits and the number of the brick, x + 2 y + 4 z, in the uppermost three. What
-// a window takes off each brick's first word removes that number again.
-constexpr int kPlaceBrickShift = 29;
-constexpr std::uint32_t kPlaceX[16] = {0,          1,          2,          3,          16,         17,
-                                       18,         19,         0x20000000, 0x20000001, 0x20000002, 0x20000003,
-                                       0x20000010, 0x20000011, 0x20000012, 0x20000013};
-constexpr std::uint32_t kPlaceY[16] = {0,          4,          32,         36,         64,         68,
-                                       96,         100,        0x40000000, 0x40000004, 0x40000020, 0x40000024,
-                                       0x40000040, 0x40000044, 0x40000060, 0x40000064};
-constexpr std::uint32_t kPlaceZ[16] = {0,          8,          128,        136,        256,        264,
-                                       384,        392,        0x80000000, 0x80000008, 0x80000080, 0x80000088,
-                                       0x80000100, 0x80000108, 0x80000180, 0x80000188};
-constexpr std::uint32_t kTaken[8] = {0,           0x20000000U, 0x40000000U, 0x60000000U,
-                                     0x80000000U, 0xa0000000U, 0xc0000000U, 0xe0000000U};
-
 // Spheres level by level; the queue of one level fills that of the next.
 struct WalkCull {
   std::uint32_t* queue;  // twice `queue_half` entries, each half as many as point blocks
   std::uint32_t queue_half;
-  // Not null: one number for each of the resulting blocks, in their order; room for every block. With a skin the blocks
-  // are those that may come near while no point moves by more than `skin` voxels, and the number is how far points may
-  // move before one of the block's can be near; without one it estimates the least distance of its points, voxels.
-  float* kept;
-  float skin;
+  // Not null: an estimate of the least distance of the points of each of the resulting blocks, in their order, voxels;
+  // room for every block.
+  float* estimates;
   // Results: the point blocks that may come near, ascending, within the queue.
   const std::uint32_t* blocks;
   std::uint32_t num_blocks;
@@ -88,20 +56,23 @@ struct WalkCull {
   float free_distance;  // lower bound of the distance of everything that was culled, voxels
 };
 
-// Blocks of one chunk, ascending. near_blocks and near_depths have room for all of them.
-struct WalkChunk {
+// Some point blocks, ascending, to be tested. Sums are of sixteen lanes, whatever the width of the registers, so that
+// every instruction set adds in the same order.
+struct alignas(64) WalkChunk {
   const std::uint32_t* blocks;
   std::uint32_t num_blocks;
+  // Results: the near ones of the blocks, and their mean depths, voxels, positive inside; room for all of them.
   std::uint32_t* near_blocks;
-  float (*near_depths)[kBlock];  // MeanDepth, voxels, positive inside
+  float (*near_depths)[kBlock];
+  std::uint32_t num_near_blocks;
+  std::uint32_t num_near, num_colliding;  // points
+  float free_distance;                    // least distance of the points, voxels
+  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kMissed, kMissedSquared, kNumSums };
+  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2, voxels * m^2, voxels^2 * m^4
+  alignas(64) float sums[kNumSums][kBlock];
+  float depth[kBlock];  // deepest of each lane, voxels
+  std::uint32_t depth_block[kBlock];
 };
-
-// Bounds as whole numbers with the lane in the last four bits, so that the least one identifies its sphere: voxels in
-// steps of 1 / kFreeDistanceSteps, rounded towards zero, no more than kMaxFreeDistance. BoundFreeDistance adds four
-// bits more: kNoSphere 32 2^8 is below 2^31.
-constexpr std::int32_t kFreeDistanceSteps = 32;
-constexpr float kMaxFreeDistance = 1e5f;
-constexpr float kNoSphere = 2e5f;  // of fillers, which have no children
 
 // Points whose exact depths are wanted, and their depths by the field; neighbours share a block. Those behind the last
 // repeat it.
@@ -153,9 +124,10 @@ struct PatchSums;
 
 struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
-  void (*evaluate)(const WalkInput&, const WalkChunk&, WalkSums*);
-  // The keys of the sixteen spheres of a block, counted from level 0's: lower bounds of the distance of their contents.
-  void (*bound)(const WalkInput&, std::uint32_t block, std::int32_t* keys);
+  void (*evaluate)(const WalkInput&, WalkChunk*);
+  // Of the sixteen spheres of a block, counted from level 0's, lower bounds of the distance of what they hold, voxels.
+  // Infinite of fillers, which have no children.
+  void (*bound)(const WalkInput&, std::uint32_t block, float* bounds);
   void (*measure)(const WalkInput&, FacetPoints*, std::uint32_t count, FacetScratch*);
   // Depth and slope at the centres of sixteen patches; then their integrals, errors, and what is to be opened.
   void (*read)(const PatchInput&, PatchBlock*);

@@ -33,10 +33,6 @@ inline unsigned Bits(I m) {
   return (m[0] & 1U) | (m[1] & 2U) | (m[2] & 4U) | (m[3] & 8U);
 }
 #endif
-
-inline unsigned EqualBits(U a, U b) {
-  return Bits((I)(a == b));
-}
 inline unsigned LessBits(F a, F b) {
   return Bits(a < b);
 }
@@ -47,29 +43,6 @@ inline F Fma(F a, F b, F c) {
   return __builtin_convertvector(
       __builtin_convertvector(a, D) * __builtin_convertvector(b, D) + __builtin_convertvector(c, D), F);
 }
-struct Octet {
-  std::uint32_t of[8];
-};
-inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z) {
-  Octet octet;
-  for (std::size_t k = 0; k < 8; ++k) {
-    octet.of[k] = corner[(k & 1) + (k >> 1 & 1) * stride_y + (k >> 2) * stride_z] - kTaken[k];
-  }
-  return octet;
-}
-inline U LookUp(const Octet& octet, U index) {
-  return U{octet.of[index[0]], octet.of[index[1]], octet.of[index[2]], octet.of[index[3]]};
-}
-struct Place {
-  const std::uint32_t* of;
-};
-inline Place LoadPlace(const std::uint32_t* sixteen) {
-  return {sixteen};
-}
-inline U PlaceOf(const Place& place, U coordinate) {
-  const U k = coordinate & 15U;
-  return U{place.of[k[0]], place.of[k[1]], place.of[k[2]], place.of[k[3]]};
-}
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];
 }
@@ -79,7 +52,7 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
 }  // namespace
 
 WalkKernels PortableWalkKernels() {
-  return {Cull, Evaluate, BoundSpheres, MeasureFacets, ReadPatches, JudgePatches};
+  return {Cull, Evaluate, Bound, MeasureFacets, ReadPatches, JudgePatches};
 }
 
 }  // namespace vps
