@@ -299,7 +299,7 @@ void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS
       carriers[num_carriers++] = Gather(bin.direction * kSlots + quarter, sums, bin.first_p_S, n, reach_m);
     }
   }
-  // Patches may represent others that were left out: scaled to the whole load.
+  // What is not known of a load does not count (Combine); directions beyond kMaxPlanes have no plane.
   for (std::size_t c = 0; c < num_carriers; ++c) carriers[c].force *= load.volume_m3 / total_volume;
   Balance(load, {carriers.data(), num_carriers});
   for (std::size_t c = 0; c < num_carriers; ++c) {
@@ -312,7 +312,10 @@ void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS
     plane.p_S = glm::vec3(carrier.place);
     plane.n_G = glm::vec3(n_G);
     plane.q_G = glm::vec3(X_GS * carrier.place + carrier.depth_m * n_G);
-    plane.stiffness_N_per_m = static_cast<float>(load.modulus_N_per_m3 * length / carrier.depth_m);
+    // Of the plane in floats, so that its force is the carrier's: places are rounded by up to 1e-4 of a small depth.
+    const double depth_m = glm::dot(glm::dvec3(plane.n_G), glm::dvec3(plane.q_G) - X_GS * glm::dvec3(plane.p_S));
+    if (!(depth_m > 0.0)) continue;
+    plane.stiffness_N_per_m = static_cast<float>(load.modulus_N_per_m3 * length / depth_m);
     planes->push_back(plane);
   }
 

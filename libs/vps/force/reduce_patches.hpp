@@ -40,7 +40,7 @@ struct ContactLoad {
 //      the pair's stiffness
 //   p  point on the axis of f
 //
-// Cutting, patches left out and sideways components change the sums a little. The force l and the moment m that are
+// Cutting and sideways components change the sums a little. The force l and the moment m that are
 // missing are distributed with weights w_i = |f_i| / sum |f|, r_i from the mean place:
 //
 //   df_i = w_i (l + a x r_i)   with   sum df_i = l,   sum r_i x df_i = [sum w (r^2 I - r r^T)] a = m.

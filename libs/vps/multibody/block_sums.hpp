@@ -25,33 +25,40 @@ inline float SumOfLanes(const F4& lanes) {
   return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }
 
-// The penalty integral over the points of a block (depths d in voxels, areas A as quadrature weights, positive parts):
+// The penalty integral over the points of blocks (depths d in voxels, areas A as quadrature weights, positive parts):
 //   volume = sum A d,  square = sum A d^2,  force = sum A d n,  moment = sum p x A d n.
-inline void SetSums(const PointBlock& block, const float* depths, float voxel_m, ContactPatch* patch) {
-  F4 force[3] = {};
-  F4 moment[3] = {};
-  F4 sum = {};
-  F4 square = {};
-  for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 d = LoadF4(depths + k);
-    const F4 depth_m = (d > 0.0f ? d : F4{}) * voxel_m;
-    const F4 volume = LoadF4(block.area_m2 + k) * depth_m;  // places without a point have no area
-    const F4 p[3] = {LoadF4(block.x + k), LoadF4(block.y + k), LoadF4(block.z + k)};
-    const F4 f[3] = {volume * LoadF4(block.nx + k), volume * LoadF4(block.ny + k), volume * LoadF4(block.nz + k)};
-    for (int i = 0; i < 3; ++i) {
-      force[i] += f[i];
-      moment[i] += p[(i + 1) % 3] * f[(i + 2) % 3] - p[(i + 2) % 3] * f[(i + 1) % 3];
+class BlockSums {
+ public:
+  void Add(const PointBlock& block, const float* depths, float voxel_m) {
+    for (std::uint32_t k = 0; k < kBlock; k += 4) {
+      const F4 d = LoadF4(depths + k);
+      const F4 depth_m = (d > 0.0f ? d : F4{}) * voxel_m;
+      const F4 volume = LoadF4(block.area_m2 + k) * depth_m;  // places without a point have no area
+      const F4 p[3] = {LoadF4(block.x + k), LoadF4(block.y + k), LoadF4(block.z + k)};
+      const F4 f[3] = {volume * LoadF4(block.nx + k), volume * LoadF4(block.ny + k), volume * LoadF4(block.nz + k)};
+      for (int i = 0; i < 3; ++i) {
+        force_[i] += f[i];
+        moment_[i] += p[(i + 1) % 3] * f[(i + 2) % 3] - p[(i + 2) % 3] * f[(i + 1) % 3];
+      }
+      volume_ += volume;
+      square_ += volume * depth_m;
     }
-    sum += volume;
-    square += volume * depth_m;
   }
-  for (int i = 0; i < 3; ++i) {
-    patch->force_m3[i] = SumOfLanes(force[i]);
-    patch->moment_m4[i] = SumOfLanes(moment[i]);
+  void PutInto(ContactPatch* patch) const {
+    for (int i = 0; i < 3; ++i) {
+      patch->force_m3[i] = SumOfLanes(force_[i]);
+      patch->moment_m4[i] = SumOfLanes(moment_[i]);
+    }
+    patch->volume_m3 = SumOfLanes(volume_);
+    patch->square_m4 = SumOfLanes(square_);
   }
-  patch->volume_m3 = SumOfLanes(sum);
-  patch->square_m4 = SumOfLanes(square);
-}
+
+ private:
+  F4 force_[3] = {};
+  F4 moment_[3] = {};
+  F4 volume_{};
+  F4 square_{};
+};
 
 inline std::uint32_t FindDeepest(const float* depths) {
   F4 deepest = LoadF4(depths);

@@ -41,6 +41,26 @@ core::Wrench WrenchOf(const ContactPlanes& planes, const core::Pose& X_AB) {
   return sum;
 }
 
+// Also where more blocks are near than patches are reduced: none is left out.
+TEST(ContactPlanes, AddUpToTheWrenchOfTheQuery) {
+  for (const ContactCase& c : {BallCase(4), PegCase(4)}) {
+    Engine engine(c.A, c.B, c.voxel_size_m, 65536);
+    const Box box = BoundingBox(c.B);
+    const double size_m = glm::length(box.upper - box.lower);
+    std::uint32_t most_blocks = 0;
+    for (const core::Pose& X_AB : c.poses) {
+      const PairResult& result = engine.Query(X_AB);
+      if (!result.is_in_contact) continue;
+      most_blocks = std::max(most_blocks, engine.scratch.found.num_near_blocks);
+      const core::Wrench planes = WrenchOf(result.planes, X_AB);
+      const double force = glm::length(result.F_So_W.force_N);
+      EXPECT_LT(glm::length(planes.force_N - result.F_So_W.force_N), 1e-6 * force) << c.name;
+      EXPECT_LT(glm::length(planes.torque_Nm - result.F_So_W.torque_Nm), 1e-6 * force * size_m) << c.name;
+    }
+    EXPECT_GT(most_blocks, kMaxNearPatches) << c.name;
+  }
+}
+
 TEST(ContactPlanes, KeepTheWrenchWithinOnePercent) {
   for (const ContactCase& c : {BallCase(10), ToriCase(10), PegCase(10), *ModuleCase(VR_OOS_SOURCE_DIR, 10)}) {
     Engine engine(c.A, c.B, c.voxel_size_m, 4096);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
+#include <limits>
 
 #include "vps/field/brick_traits.hpp"
 #include "vps/field/nearest_facet.hpp"
@@ -28,8 +28,24 @@ void Scale(float factor, ContactPatch* patch) {
   patch->square_m4 *= factor;
 }
 
-// Patches of the samples that a walk found near, with `share` of their load, from patches[count] on. Returns the new
-// count. Without a contact none is inside.
+// Groups of near blocks have 2^shift neighbours of the tree each, the same ones at every pose. The least shift with at
+// most kMaxNearPatches groups.
+std::uint32_t ShiftOfGroups(const FieldWalkScratch& scratch, std::uint32_t num_near_blocks) {
+  const auto count_groups = [&](std::uint32_t shift) {
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < num_near_blocks; ++i) {
+      const bool is_first = i == 0 || scratch.near_blocks[i] >> shift != scratch.near_blocks[i - 1] >> shift;
+      count += is_first ? 1 : 0;
+    }
+    return count;
+  };
+  std::uint32_t shift = 0;
+  while (count_groups(shift) > kMaxNearPatches) ++shift;
+  return shift;
+}
+
+// Patches of the samples that a walk found near, with `share` of their load, from patches[count] on: all of it, so that
+// they add up to what the walk found. Returns the new count. Without a contact none is inside.
 //
 // A gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
 std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
@@ -37,43 +53,50 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
                              ContactPatch* patches, std::uint32_t count) {
   const FieldTransform T(X_GS, parts.field);
   const auto voxel_m = static_cast<float>(parts.field.voxel_size_m);
-  const auto least_m = static_cast<float>(-look_ahead_m);
-  const std::uint32_t first = count;
-  double volume_m3 = 0.0;
-  const bool takes_all = walk.num_near <= kMaxSinglePoints;
-  std::uint32_t mask = 0;
-  while (walk.num_near_blocks / (mask + 1) > kMaxNearPatches) mask = 2 * mask + 1;
-  const std::uint32_t most = count + 2 * kMaxNearPatches;
-  for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
-    const std::uint32_t at = scratch.near_blocks[i];
-    const bool is_deepest = at == walk.deepest_point / kBlock;
-    if (!takes_all && ((at & mask) != 0 || count >= most - 1) && !is_deepest) continue;
-    const PointBlock& block = parts.samples.points[at];
-    const float* const depths = scratch.depths(i);
-    const std::uint32_t deepest = is_deepest ? walk.deepest_point % kBlock : FindDeepest(depths);
-    const std::uint32_t begin = takes_all ? 0 : deepest;
-    const std::uint32_t end = takes_all ? kBlock : deepest + 1;
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const float depth_m = depths[k] * voxel_m;
-      if (depth_m < least_m) continue;
-      ContactPatch& patch = patches[count++];
-      patch = {};
-      if (touch.is_contact()) {
-        if (takes_all) {
-          SetSums(block, k, depth_m, &patch);
-        } else {
-          SetSums(block, depths, voxel_m, &patch);
-        }
-        volume_m3 += static_cast<double>(patch.volume_m3);
+  const auto share = static_cast<float>(touch.share_of_samples);
+  // `place`: of the block where the patch's depth is.
+  const auto finish = [&](const PointBlock& block, std::uint32_t place, float depth_m, ContactPatch* patch) {
+    patch->p_S = PointOf(block, place);
+    patch->n_G = SampleField(parts.field, T.ToVoxels(patch->p_S)).gradient;
+    patch->penetration_m = touch.is_contact() ? depth_m : std::min(depth_m, 0.0f);
+    Scale(share, patch);
+  };
+  if (walk.num_near <= kMaxSinglePoints) {
+    const auto least_m = static_cast<float>(-look_ahead_m);
+    for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
+      const PointBlock& block = parts.samples.points[scratch.near_blocks[i]];
+      for (std::uint32_t k = 0; k < kBlock; ++k) {
+        const float depth_m = scratch.depths(i)[k] * voxel_m;
+        if (depth_m < least_m) continue;
+        ContactPatch& patch = patches[count++];
+        patch = {};
+        if (touch.is_contact()) SetSums(block, k, depth_m, &patch);
+        finish(block, k, depth_m, &patch);
       }
-      patch.p_S = PointOf(block, k);
-      patch.n_G = SampleField(parts.field, T.ToVoxels(patch.p_S)).gradient;
-      patch.penetration_m = touch.is_contact() ? depth_m : std::min(depth_m, 0.0f);
     }
+    return count;
   }
-  // They represent those that were left out.
-  const double share = volume_m3 > 0.0 ? touch.share_of_samples * walk.volume_m3 / volume_m3 : 0.0;
-  for (std::uint32_t i = first; i < count; ++i) Scale(static_cast<float>(share), &patches[i]);
+  const std::uint32_t shift = ShiftOfGroups(scratch, walk.num_near_blocks);
+  for (std::uint32_t i = 0; i < walk.num_near_blocks;) {
+    const std::uint32_t group = scratch.near_blocks[i] >> shift;
+    BlockSums sums;
+    std::uint32_t deepest_block = 0;
+    std::uint32_t deepest_place = 0;
+    float deepest = -std::numeric_limits<float>::infinity();
+    for (; i < walk.num_near_blocks && scratch.near_blocks[i] >> shift == group; ++i) {
+      const float* const depths = scratch.depths(i);
+      const std::uint32_t k = FindDeepest(depths);
+      if (depths[k] > 0.0f) sums.Add(parts.samples.points[scratch.near_blocks[i]], depths, voxel_m);
+      if (depths[k] <= deepest) continue;
+      deepest = depths[k];
+      deepest_block = scratch.near_blocks[i];
+      deepest_place = k;
+    }
+    ContactPatch& patch = patches[count++];
+    patch = {};
+    if (touch.is_contact()) sums.PutInto(&patch);
+    finish(parts.samples.points[deepest_block], deepest_place, deepest * voxel_m, &patch);
+  }
   return count;
 }
 

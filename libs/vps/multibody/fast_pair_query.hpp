@@ -11,11 +11,11 @@
 namespace vps {
 
 // Up to kMaxSinglePoints near points enter the reduction to planes one by one; more of them block by block of sixteen
-// neighbours, at most about kMaxNearPatches blocks: all, every second, fourth ..., always the same ones. Not derived:
+// neighbours, or in groups of 2, 4 ... neighbouring blocks, so that there are at most kMaxNearPatches. Not derived:
 // ReducePatches takes time for each.
 constexpr std::uint32_t kMaxSinglePoints = 24;
 constexpr std::uint32_t kMaxNearPatches = 128;
-static_assert(2 * kMaxNearPatches + SurfaceWalk::kMostParts <= kMaxPatches);
+static_assert(kMaxNearPatches + SurfaceWalk::kMostParts <= kMaxPatches);
 
 // What a query of `fast` needs of S and of G.
 struct FastPair {
