@@ -10,14 +10,16 @@
 namespace contact {
 namespace {
 
-// How a pose is come to. Cold: nothing is remembered. Consecutive: by a hand that moves 0.1 mm a query, as free as it
-// is in other studies, or with the places of a scenario and its error that no hand feels.
+// How a pose is come to. Cold: nothing is remembered. Consecutive: by a hand that moves 0.1 mm a query; the same with
+// no more places than in a scenario. Every error counts, those that no hand feels as well.
 struct Way {
   std::string name;
   int queries;  // of which the last counts
-  bool is_scenario;
+  std::uint32_t most_places;
 };
-const Way kWays[] = {{"cold", 1, false}, {"consecutive", 10, false}, {"in scenarios", 10, true}};
+const Way kWays[] = {{"cold", 1, FastGoal{}.most_places},
+                     {"consecutive", 10, FastGoal{}.most_places},
+                     {"few places", 10, vps::PairDescription{}.most_places}};
 constexpr double kStep_m = 1e-4;
 constexpr double kTurn_rad = 1e-3;
 constexpr double kAccuracies[] = {0.02, 0.1};
@@ -100,7 +102,7 @@ void StudyTraining(const std::filesystem::path& folder, Report* report) {
     }
     for (const Way& way : kWays) {
       for (const double accuracy : kAccuracies) {
-        const auto method = MakeFastMethod(*A, *B, way.is_scenario ? AsInScenarios(accuracy) : FastGoal{accuracy});
+        const auto method = MakeFastMethod(*A, *B, {accuracy, 0.0, way.most_places});
         auto& [all, felt] = figures[{way.name, accuracy}];
         Measure(c, method.get(), way, &all, &felt);
       }
