@@ -18,12 +18,18 @@ struct Way {
   std::uint32_t most_places;
 };
 const Way kWays[] = {{"cold", 1, FastGoal{}.most_places},
-                     {"consecutive", 10, FastGoal{}.most_places},
-                     {"few places", 10, vps::PairDescription{}.most_places}};
+                     {"consecutive", 4, FastGoal{}.most_places},
+                     {"few places", 4, vps::PairDescription{}.most_places}};
 constexpr double kStep_m = 1e-4;
 constexpr double kTurn_rad = 1e-3;
 constexpr double kAccuracies[] = {0.02, 0.1};
 constexpr double kFelt_m3 = 1e-12;  // as in study_held_out.cpp
+
+// Half as fine as UsualResolution, and few samples: most of the study is building.
+constexpr std::uint32_t kNumPoints = 16'384;
+Resolution CoarseResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B) {
+  return {2.0 * UsualResolution(A, B).voxel_size_m, kNumPoints};
+}
 
 // Straight to the pose, turning a little, the same at every call.
 std::vector<core::Pose> WayTo(const core::Pose& X_AB, int queries, std::uint64_t seed) {
@@ -87,7 +93,7 @@ std::vector<std::string> RowOf(const Way& way, double accuracy, const std::strin
 void StudyTraining(const std::filesystem::path& folder, Report* report) {
   std::map<std::pair<std::string, double>, std::array<Figures, 2>> figures;
   for (const TrainingCase& c : TrainingCases(folder)) {
-    const Resolution resolution = UsualResolution(c.parts.A, c.parts.B);
+    const Resolution resolution = CoarseResolution(c.parts.A, c.parts.B);
     const Parts parts{c.parts.family, c.parts.A, c.parts.B, resolution.voxel_size_m};
     Structures structures(parts);
     const Structures::Key key_A{false, vps::Method::kFast, resolution.voxel_size_m, 0};
