@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: contact_training PLOT_FOLDER\n");
     return 2;
   }
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
   contact::Report report;
   contact::StudyTraining(argv[1], &report);
   const auto written = bench::WriteReport({}, argv[1], {"vps", "Training parts", ""}, report);

@@ -10,18 +10,26 @@
 namespace contact {
 namespace {
 
-// How a pose is come to. Cold: nothing is remembered. Consecutive: by a hand that moves 0.1 mm a query, as free as it
-// is in other studies, or with the places of a scenario and its error that no hand feels.
+// How a pose is come to. Cold: nothing is remembered. Consecutive: by a hand that moves 0.1 mm a query; the same with
+// no more places than in a scenario. Every error counts, those that no hand feels as well.
 struct Way {
   std::string name;
   int queries;  // of which the last counts
-  bool is_scenario;
+  std::uint32_t most_places;
 };
-const Way kWays[] = {{"cold", 1, false}, {"consecutive", 10, false}, {"in scenarios", 10, true}};
+const Way kWays[] = {{"cold", 1, FastGoal{}.most_places},
+                     {"consecutive", 4, FastGoal{}.most_places},
+                     {"few places", 4, vps::PairDescription{}.most_places}};
 constexpr double kStep_m = 1e-4;
 constexpr double kTurn_rad = 1e-3;
 constexpr double kAccuracies[] = {0.02, 0.1};
 constexpr double kFelt_m3 = 1e-12;  // as in study_held_out.cpp
+
+// Half as fine as UsualResolution, and few samples: most of the study is building.
+constexpr std::uint32_t kNumPoints = 16'384;
+Resolution CoarseResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B) {
+  return {2.0 * UsualResolution(A, B).voxel_size_m, kNumPoints};
+}
 
 // Straight to the pose, turning a little, the same at every call.
 std::vector<core::Pose> WayTo(const core::Pose& X_AB, int queries, std::uint64_t seed) {
@@ -85,7 +93,7 @@ std::vector<std::string> RowOf(const Way& way, double accuracy, const std::strin
 void StudyTraining(const std::filesystem::path& folder, Report* report) {
   std::map<std::pair<std::string, double>, std::array<Figures, 2>> figures;
   for (const TrainingCase& c : TrainingCases(folder)) {
-    const Resolution resolution = UsualResolution(c.parts.A, c.parts.B);
+    const Resolution resolution = CoarseResolution(c.parts.A, c.parts.B);
     const Parts parts{c.parts.family, c.parts.A, c.parts.B, resolution.voxel_size_m};
     Structures structures(parts);
     const Structures::Key key_A{false, vps::Method::kFast, resolution.voxel_size_m, 0};
@@ -100,7 +108,7 @@ void StudyTraining(const std::filesystem::path& folder, Report* report) {
     }
     for (const Way& way : kWays) {
       for (const double accuracy : kAccuracies) {
-        const auto method = MakeFastMethod(*A, *B, way.is_scenario ? AsInScenarios(accuracy) : FastGoal{accuracy});
+        const auto method = MakeFastMethod(*A, *B, {accuracy, 0.0, way.most_places});
         auto& [all, felt] = figures[{way.name, accuracy}];
         Measure(c, method.get(), way, &all, &felt);
       }
