@@ -18,9 +18,9 @@ glm::vec3 MeanNormal(const PointBlock& points) {
   return length > 0.0f ? sum / length : glm::vec3(0.0f);
 }
 
-// Typical radius of a patch over the root of its area: a regular hexagon has 0.62 (radius of its corners), patches have
-// longer corners. Not derived further.
-constexpr double kPatchReach = 0.7;
+// Radius of a typical patch over the root of its area, with some room: a regular hexagon has 0.62 (of its corners),
+// patches have longer corners. Not derived further.
+constexpr double kPatchReach = 0.84;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
     sum += area_m2 * kPatchReach * std::sqrt(area_m2);
     total_m2 += area_m2;
   }
-  tree.usual_m = 1.2 * sum / total_m2;
+  tree.usual_m = sum / total_m2;
 
   const std::size_t num_blocks = (n + kBlock - 1) / kBlock;
   tree.points.resize(num_blocks);

@@ -23,7 +23,7 @@ struct SampleTree : SphereTree {
   glm::dvec3 centre_m{0.0};  // sphere around all
   double radius_m = 0.0;
   std::vector<PointBlock> points;
-  double usual_m = 0.0;  // a typical place of the surface is no farther from its sample: 1.2 radii of a typical patch
+  double usual_m = 0.0;  // a typical place of the surface is no farther from its sample
   double reach_m = 0.0;  // largest radius of a patch about its point
 
   [[nodiscard]] std::size_t num_bytes() const {

@@ -67,12 +67,10 @@ constexpr int kMostBendLevels = 8;
 
 // The factors of the estimate, each on a term that README.md derives; chosen on the training workloads of
 // `oos bench vps`, and judged by others (docs/performance/vps.md).
-constexpr float kMissedMean = 0.5f;    // of what a parent mispredicted, in the mean
-constexpr float kMissedSpread = 0.5f;  // the same, r.m.s.
-constexpr float kUnseenBend = 0.1f;    // of FieldBends' bound, where a parent's prediction was tested
-constexpr float kUnsure = 0.2f;        // of the correction for the mean bend
-constexpr float kStraddling = 0.05f;   // of a node that the surface cuts: error over area times reach
-constexpr float kCurved = 1.0f;        // the same, times 1 - |A| / a, the spread of its normals
+constexpr float kMissed = 0.5f;       // of what a parent mispredicted, in the mean and r.m.s.
+constexpr float kUnseenBend = 0.1f;   // of FieldBends' bound, where a parent's prediction was tested
+constexpr float kUnsure = 0.2f;       // of the correction for the mean bend
+constexpr float kStraddling = 0.05f;  // of a node that the surface cuts: error over area times reach
 // SurfaceErrorAt is the larger of the r.m.s. error and six times the mean (ComputeBrickTraits).
 constexpr float kMeanOfFieldError = 1.0f / 6.0f;
 // Half a step of a word's distance, voxels: where a brick's error was rounded to less.

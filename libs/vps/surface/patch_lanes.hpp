@@ -324,7 +324,7 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     // carries.
     const F unseen = (I)(depth > 0.0f) ? Fill(kUnseenBend) : Fill(1.0f);
     const auto off = [&](F missed, F bent) {
-      return is_tested ? Min(Fma(Fill(kMissedMean), missed, unseen * bent), radius + radius) : bent;
+      return is_tested ? Min(Fma(Fill(kMissed), missed, unseen * bent), radius + radius) : bent;
     };
     // Of the correction itself a part is in doubt: its mean is that of a cell.
     const F down = off(over, bent_down) + kUnsure * Max(correction, F{});
@@ -353,13 +353,13 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const F inside = Max(Min(Fma(Fill(0.5f), Max(depth, read) / (cut + up + blur), Fill(0.5f)), Fill(1.0f)), F{});
     const F inside_area = area * inside;
     F bias = Fma(inside_area, up, area * Min(down, integral.mean));
-    const F spread_up = is_tested ? inside * (kMissedSpread * LoadF(b->under_spread + at)) : F{};
-    const F spread_down = is_tested ? Min(kMissedSpread * LoadF(b->over_spread + at), integral.mean) : F{};
+    const F spread_up = is_tested ? inside * (kMissed * LoadF(b->under_spread + at)) : F{};
+    const F spread_down = is_tested ? Min(kMissed * LoadF(b->over_spread + at), integral.mean) : F{};
     F variance_m2 = Fma(spread_up, spread_up, spread_down * spread_down);  // of the mean depth over the patch
     // Where the two sides of a plate are all of it, its depths are at the ends of their range.
     const F near_cut = inside > 0.0f ? Max(1.0f - Abs(depth) / radius, F{}) : F{};
     const F curved = Max(1.0f - Length(A) * per_area, F{});
-    const F by_cut = is_flat ? F{} : Fma(Fill(kCurved), curved, Fill(kStraddling)) * cut * near_cut * near_cut;
+    const F by_cut = is_flat ? F{} : (curved + kStraddling) * cut * near_cut * near_cut;
     variance_m2 = Fma(by_cut, by_cut, variance_m2);
     // The field's own error: its mean is of one sign, the rest is drawn anew in each voxel. Deep inside, that of coarse
     // cells.

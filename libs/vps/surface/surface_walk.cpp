@@ -25,9 +25,13 @@ constexpr int kMostPasses = 24;
 constexpr double kLeastStep = 1.0 / 64.0;
 constexpr double kMostStep = 0.5;
 // From query to query: of the threshold where more was done than asked for, at most; and by how much more.
-constexpr double kLooser = 4.0;
-constexpr double kEnough = 1.6;
-constexpr double kDeviationShare = 0.5;  // of the wanted error, for its random part; the rest is for errors of one sign
+constexpr double kLooser = 4.0;  // one halving of patches takes the error to a quarter
+// Thresholds aim at a little less than the error that is wanted. Not derived. Where they were loosened so, the next
+// query still has to find the error below what is wanted, twice over.
+constexpr double kAim = 0.8;
+constexpr double kEnough = 1.0 / (kAim * kAim);
+// What is wanted is shared evenly: between random errors and those of one sign, between the field and the patches.
+constexpr double kHalf = 0.5;
 
 // Exact depths of groups within this radius are found together, voxels. Not derived: wider groups are near more facets.
 constexpr float kWidestGroup = 3.0f;
@@ -551,8 +555,8 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::uint64_t before = result_.places_read;
     // The field may take half of what is wanted.
-    in_.most_field_error_m = static_cast<float>(0.5 * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
-    if (!Pass(threshold_m3, kDeviationShare * wanted_m3 / kConfidence)) {
+    in_.most_field_error_m = static_cast<float>(kHalf * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
+    if (!Pass(threshold_m3, kHalf * wanted_m3 / kConfidence)) {
       threshold_m3 *= kLooser;
       if (has_whole) TakeLastWhole();
       break;
@@ -560,11 +564,11 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
     wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
     carrying_m2 = result_.volume_m3 * result_.volume_m3 / std::max(result_.square_m4, 1e-300);
     // What opening can reach; where more than half of what is wanted stays whatever is opened, it is not worth while.
-    const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, 0.5 * wanted_m3);
+    const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, kHalf * wanted_m3);
     const double factor = reachable_m3 / std::max(result_.error_m3, 1e-300);
     if (factor >= 1.0) {
       // More than was asked for: the next query may do with less.
-      if (factor > kEnough) threshold_m3 *= std::min(0.8 * factor, kLooser);
+      if (factor > kEnough) threshold_m3 *= std::min(kAim * factor, kLooser);
       break;
     }
     // Another pass takes at least twice as many places.
@@ -573,7 +577,7 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
     has_whole = true;
     // Halving patches takes their shares to a sixteenth and the whole error to a quarter: thresholds go with its
     // square.
-    threshold_m3 *= std::clamp(0.8 * factor * factor, kLeastStep, kMostStep);
+    threshold_m3 *= std::clamp(kAim * factor * factor, kLeastStep, kMostStep);
   }
   if (memory != nullptr) *memory = {threshold_m3, wanted_m3, carrying_m2};
   // No opening makes that smaller.
