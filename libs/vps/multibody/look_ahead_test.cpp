@@ -17,7 +17,7 @@ struct Approach {
     WorldDescription description;
     description.method = method;
     description.objects = {{cook(MakeBox({0.04, 0.04, 0.04}), 0.0005, 0), {}},
-                           {cook(MakeBox({0.02, 0.02, 0.02}), 0, 500), {}}};
+                           {cook(MakeBox({0.02, 0.02, 0.02}), 0, 2000), {}}};
     description.pairs = {{.sampled = 1, .field = 0, .look_ahead_m = 0.001}};
     world = *CollisionWorld::Create(description);
   }

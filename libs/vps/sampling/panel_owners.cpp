@@ -14,9 +14,11 @@ constexpr double kSameFace = 0.7071;
 // one spacing h lies h^2 / 2R off the plane, which has to stay below h for cells of all bodies that h resolves.
 constexpr double kAcross = 4.0;
 
-// Points are searched within one spacing, where nearly all panels find theirs, then within three: the gaps of blue
-// noise are narrower, those of a face's own points next to an edge included.
-constexpr double kReaches[] = {1.0, 3.0};
+// Of its face, points are searched within one spacing, where nearly all panels find theirs, then within 1.5: the gaps
+// of blue noise are narrower, those of a face's own points next to an edge included. A narrow face has none then, and
+// its panels join what is nearest, within 3. Not derived.
+constexpr double kOfFace[] = {1.0, 1.5};
+constexpr double kOfAny = 3.0;
 
 // Of points equally near, the first.
 struct Nearest {
@@ -29,21 +31,24 @@ struct Nearest {
 };
 
 std::uint32_t OwnerOf(const SurfacePanel& panel, const Places& places, const PointGrid& grid) {
-  Nearest of_any;
-  for (const double reach : kReaches) {
+  for (const double reach : kOfFace) {
     const double reach_m = reach * places.spacing_m;
-    Nearest of_face;
+    Nearest nearest;
     grid.ForNear(panel.centroid_m, reach_m, [&](std::uint32_t i) {
+      if (glm::dot(places.normals[i], panel.normal) < kSameFace) return;
       const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
-      const double squared = glm::dot(r, r);
-      of_any.Meet(i, squared);
       const double across = kAcross * glm::dot(panel.normal, r);
-      if (glm::dot(places.normals[i], panel.normal) >= kSameFace) of_face.Meet(i, squared + across * across);
+      nearest.Meet(i, glm::dot(r, r) + across * across);
     });
     // Points out of the search's reach are farther.
-    if (of_face.squared_m2 <= reach_m * reach_m) return of_face.point;
+    if (nearest.squared_m2 <= reach_m * reach_m) return nearest.point;
   }
-  return of_any.point;
+  Nearest nearest;
+  grid.ForNear(panel.centroid_m, kOfAny * places.spacing_m, [&](std::uint32_t i) {
+    const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
+    nearest.Meet(i, glm::dot(r, r));
+  });
+  return nearest.point;
 }
 
 }  // namespace

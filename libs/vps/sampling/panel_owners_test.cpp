@@ -25,7 +25,7 @@ void ExpectNearestOfTheirFace(const TriangleMesh& mesh, std::uint32_t num_points
   std::size_t num_compared = 0;
   for (std::size_t k = 0; k < panels.size(); ++k) {
     std::uint32_t nearest = kNobody;
-    double least_m = 3.0 * places.spacing_m;
+    double least_m = 1.5 * places.spacing_m;
     for (std::uint32_t i = 0; i < places.points_m.size(); ++i) {
       const glm::dvec3 r = places.points_m[i] - panels[k].centroid_m;
       const double here_m = std::hypot(glm::length(r), 4.0 * glm::dot(r, panels[k].normal));

@@ -320,11 +320,8 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     // missing.
     const F over = LoadF(b->over + at);
     const I is_tested = over >= 0.0f;
-    // The test was at the centre: of a patch whose centre is outside it says nothing of the rim, which is all that
-    // carries.
-    const F unseen = (I)(depth > 0.0f) ? Fill(kUnseenBend) : Fill(1.0f);
     const auto off = [&](F missed, F bent) {
-      return is_tested ? Min(Fma(Fill(kMissed), missed, unseen * bent), radius + radius) : bent;
+      return is_tested ? Min(Fma(Fill(kMissed), missed, kUnseenBend * bent), radius + radius) : bent;
     };
     // Of the correction itself a part is in doubt: its mean is that of a cell.
     const F down = off(over, bent_down) + kUnsure * Max(correction, F{});

@@ -7,8 +7,6 @@
 #include "vps/asset/cooked_object.hpp"
 #include "vps/oracle/closed_form.hpp"
 #include "vps/oracle/contact_wrench.hpp"
-#include "vps/testing/case_random.hpp"
-#include "vps/testing/part_shapes.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
@@ -325,28 +323,6 @@ TEST(SurfaceWalk, TellsTheErrorOfAContactThatItsBudgetDoesNotSufficeFor) {
       EXPECT_GT(result.error_m3, 1e-3 * result.volume_m3);
       EXPECT_LT(glm::length(result.force_m3 - whole.force_m3), 2.0 * result.error_m3);
     }
-  }
-}
-
-// A block whose faces are cut into slivers of a millionth of their length has the depths of the block: their normals
-// are lost in rounding, and do not say what is inside.
-TEST(SurfaceWalk, SliversOfTheOtherBodyDoNotTurnDepths) {
-  TriangleMesh slivers = MakeBox({0.05, 0.04, 0.03});
-  Pair plain(slivers, MakeWedge(0.03, 0.01, 0.01, 0.0), 2e-4);
-  for (int i = 0; i < 3; ++i) slivers = SplitTriangles(slivers, 0.01);
-  Pair split(slivers, MakeWedge(0.03, 0.01, 0.01, 0.0), 2e-4);
-  CaseRandom random(3);
-  for (int i = 0; i < 60; ++i) {
-    const glm::dvec3 turn(random.Uniform(2.6, 3.6), random.Uniform(-0.3, 0.3), random.Uniform(-1.0, 1.0));
-    core::Pose X_GS{core::QuaternionFromRotationVector(turn), glm::dvec3(0.0)};
-    double lowest_m = 0.0;
-    for (const glm::dvec3& p : MakeWedge(0.03, 0.01, 0.01, 0.0).vertices) {
-      lowest_m = std::min(lowest_m, X_GS.rotate(p).z);
-    }
-    X_GS.translation = {random.Uniform(-0.01, 0.01), random.Uniform(-0.01, 0.01), 0.015 - lowest_m - 3e-6};
-    const SurfaceWalk::Result expected = plain.Run(X_GS, 0.02);
-    const SurfaceWalk::Result found = split.Run(X_GS, 0.02);
-    EXPECT_LE(glm::length(found.force_m3 - expected.force_m3), 0.05 * expected.volume_m3) << i;
   }
 }
 

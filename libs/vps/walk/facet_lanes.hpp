@@ -20,11 +20,21 @@ struct FacetCorners {
   alignas(64) std::uint32_t number[kFacetLanes];
 };
 
-// The normal of a sliver is lost in rounding: with lengths l the products of its frame are off by some 2^-23 l, with a
-// height of 2^-12 l by a thousandth of a radian. A narrower one counts as 2^-18 l farther away, many times what the
-// distances of its neighbours are rounded by, so that a point over an edge that they share has their side.
+// With lengths l the products of a triangle's frame are off by some 2^-22 l. Below a height over AB of 2^-18 l that
+// turns the frame about AB by a tenth of a radian and more, in the end any way, and leaves axes that are not of unit
+// length: the triangle is a line then, in a frame that is turned anyhow. Which side of it a point is on is not to be
+// relied on below 2^-12 l: it counts as 2^-18 l farther away, many times what the distances of its neighbours are
+// rounded by, so that a point over an edge that they share has their side.
+constexpr float kLine = 0x1p-18f;
 constexpr float kSliver = 0x1p-12f;
 constexpr float kYields = 0x1p-18f;
+
+// Of unit length, across a unit vector.
+inline Vec3 AnyAcross(const Vec3& u) {
+  const I is_along_x = (I)(Abs(u.x) > 0.6f);
+  const Vec3 across = Cross(u, {is_along_x ? F{} : Fill(1.0f), is_along_x ? Fill(1.0f) : F{}, F{}});
+  return Times(across, 1.0f / Length(across));
+}
 
 inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFrames* out) {
   FacetCorners corners;
@@ -48,12 +58,18 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     const Vec3 u = Times(ab, 1.0f / b);
     const F cx = Dot(ac, u);
     const Vec3 across = Minus(ac, Times(u, cx));
-    const F cy = Max(Length(across), Fill(1e-6f));
-    const Vec3 v = Times(across, 1.0f / cy);
-    const Vec3 n = Cross(u, v);
+    constexpr float kLeastHeight = 1e-6f;  // voxels, a fifteenth of a step; against division by 0
+    const F height = Length(across);
+    const F cy = Max(height, Fill(kLeastHeight));
     const F ex = cx - b;
     const F squared_ac = Fma(cx, cx, cy * cy);
     const F squared_bc = Fma(ex, ex, cy * cy);
+    const F longest = Sqrt(Max(b * b, Max(squared_ac, squared_bc)));
+    const I is_line = (I)(height < kLine * longest) | (I)(height < kLeastHeight);
+    const Vec3 upright = Times(across, 1.0f / cy);
+    const Vec3 turned = AnyAcross(u);
+    const Vec3 v{is_line ? turned.x : upright.x, is_line ? turned.y : upright.y, is_line ? turned.z : upright.z};
+    const Vec3 n = Cross(u, v);
     // Around all corners: the middle of the triangle's box in its own plane.
     const F low = Min(cx, F{});
     const F high = Max(cx, b);
@@ -80,8 +96,7 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     StoreF(out->mx + at, mx);
     StoreF(out->my + at, my);
     StoreF(out->half_x + at, half);
-    const F longest = Sqrt(Max(b * b, Max(squared_ac, squared_bc)));
-    StoreF(out->yields + at, b * cy < kSliver * longest * longest ? kYields * longest : F{});
+    StoreF(out->yields + at, height < kSliver * longest ? kYields * longest : F{});
     StoreF(out->doubt + at, (I)(number & std::uint32_t{kDoubtful}) != 0 ? Fill(kDoubt) : F{});
   }
 }
