@@ -250,12 +250,9 @@ void CollisionWorld::Continue(std::size_t i, const PairMemory& memory) {
   pair.X_GS = memory.X_GS;
   pair.is_current = memory.is_current;
   pair.touch_memory = memory.touch;
+  pair.free_m = memory.free_m;
   impl_->SetPhase(i, memory.state);
-  if (memory.free_m > 0.0) {
-    impl_->schedule.Rest(i, memory.free_m);
-  } else {
-    impl_->schedule.Hold(i);
-  }
+  impl_->Settle(i);
 }
 
 const core::Pose& CollisionWorld::X_WO(std::size_t object) const {

@@ -1,8 +1,6 @@
 #include "vps/multibody/fast_pair_query.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "vps/field/brick_traits.hpp"
@@ -211,12 +209,6 @@ SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const 
   return error;
 }
 
-// How much the samples alone decide: wholly while their error f is at most the wanted one w, then less and less, not at
-// all from 2 w on.
-double SurenessOfSamples(double f_m3, double wanted_m3) {
-  return std::clamp(2.0 - f_m3 / wanted_m3, 0.0, 1.0);
-}
-
 // The error that the samples' estimate may have.
 double WantedOfSamples_m3(const FastPair& parts, const PairDescription& pair, double rho, const FieldWalkResult& walk) {
   return std::max(Negligible_m3(parts, pair, rho), pair.accuracy * walk.volume_m3);
@@ -241,12 +233,6 @@ void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool i
     const auto coarsest = static_cast<std::uint32_t>(parts.sampled->coarser.size());
     memory->coarseness = std::min(parts.coarseness + 1, coarsest);
   }
-}
-
-// Where coarser samples do not suffice: the same with finer ones, at once.
-FastPair Finer(const FastPair& parts) {
-  const std::uint32_t coarseness = parts.coarseness - 1;
-  return {parts.sampled->SamplesAt(coarseness), parts.surface, parts.field, parts.bends, parts.sampled, coarseness};
 }
 
 // Two estimates of the same integral, of the surface and of its samples, with errors e and f: weighted by the inverse
@@ -346,7 +332,8 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   }
   const SampleError error = ErrorOfSamples(parts, X_GS, walk);
   const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
-  const double sureness = SurenessOfSamples(error.sum_m3(), wanted_of_samples_m3);
+  // How much the samples alone decide: wholly while their error is at most the wanted one, not at all from twice it on.
+  const double sureness = std::clamp(2.0 - error.sum_m3() / wanted_of_samples_m3, 0.0, 1.0);
   const SurfaceWalk::Result& surface =
       sureness < 1.0 ? RunTouch(parts, X_GS, goal, scratch) : scratch->surface.ClearResult();
   const auto points = static_cast<std::uint32_t>(surface.places_read) * kPointsOfPlace;
@@ -376,7 +363,9 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
   if (parts.coarseness > 0 && walk.num_colliding > 0 &&
       ErrorOfSamples(parts, X_GS, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
     if (scratch->memory != nullptr) scratch->memory->queries_to_coarser = kQueriesToRetry;
-    const FastPair finer = Finer(parts);
+    const std::uint32_t finer_by_one = parts.coarseness - 1;
+    const FastPair finer = {
+        parts.sampled->SamplesAt(finer_by_one), parts.surface, parts.field, parts.bends, parts.sampled, finer_by_one};
     const double margin_m = WalkMargin_m(finer.samples, pair.look_ahead_m);
     scratch->found = WalkField(finer.samples, finer.field, X_GS, margin_m, &scratch->walk);
     return FinishFastPair(finer, X_WS, X_GS, pair, rho, scratch, result);

@@ -1,6 +1,5 @@
 #include "vps/sampling/sample_tree.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "vps/tree/build_tree.hpp"
@@ -31,14 +30,6 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   if (n == 0) return tree;
   const std::vector<std::uint32_t> order = OrderInRuns(samples.points_m);
   tree.reach_m = samples.reach_m;
-  double sum = 0.0;
-  double total_m2 = 0.0;
-  for (const double area_m2 : samples.areas_m2) {
-    sum += area_m2 * kPatchReach * std::sqrt(area_m2);
-    total_m2 += area_m2;
-  }
-  tree.usual_m = sum / total_m2;
-
   const std::size_t num_blocks = (n + kBlock - 1) / kBlock;
   tree.points.resize(num_blocks);
   std::vector<glm::vec3> places(n);
@@ -63,10 +54,13 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
     block.nz[lane] = normal.z;
     block.area_m2[lane] = static_cast<float>(samples.areas_m2[order[i]]);
     tree.area_m2 += samples.areas_m2[order[i]];
+    tree.usual_m += kPatchReach * std::pow(samples.areas_m2[order[i]], 1.5);
   }
+  tree.usual_m /= tree.area_m2;
 
-  static_cast<SphereTree&>(tree) =
-      BuildSphereTree(places, kBlock, [&](std::size_t j) { return MeanNormal(tree.points[j]); });
+  std::vector<glm::vec3> normals;
+  for (const PointBlock& block : tree.points) normals.push_back(MeanNormal(block));
+  static_cast<SphereTree&>(tree) = BuildSphereTree(places, normals);
   std::vector<float> axes[3];
   for (const glm::vec3& p : places) {
     for (int i = 0; i < 3; ++i) axes[i].push_back(p[i]);

@@ -45,15 +45,7 @@ float Padded(float length, const glm::vec3& centre) {
   return length * (1.0f + 1e-6f) + 4e-7f * glm::length(centre);
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> OrderInRuns(const std::vector<glm::dvec3>& places_m) {
-  std::vector<std::uint32_t> order(places_m.size());
-  std::iota(order.begin(), order.end(), 0U);
-  SortIntoRuns(places_m, 0, order.size(), &order);
-  return order;
-}
-
+// Around the places, about the centre, with the slab across n.
 void PutSphere(std::span<const glm::vec3> places_m, const glm::vec3& centre_m, const glm::vec3& n, std::size_t lane,
                SphereBlock* block) {
   float radius = 0.0f;
@@ -72,19 +64,26 @@ void PutSphere(std::span<const glm::vec3> places_m, const glm::vec3& centre_m, c
   block->h[lane] = n == glm::vec3(0.0f) ? 0.0f : Padded(h, centre_m);
 }
 
-SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::size_t leaf_size,
-                           const std::function<glm::vec3(std::size_t)>& leaf_normal) {
+}  // namespace
+
+std::vector<std::uint32_t> OrderInRuns(const std::vector<glm::dvec3>& places_m) {
+  std::vector<std::uint32_t> order(places_m.size());
+  std::iota(order.begin(), order.end(), 0U);
+  SortIntoRuns(places_m, 0, order.size(), &order);
+  return order;
+}
+
+SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::span<const glm::vec3> leaf_normals) {
   const std::size_t n = places_m.size();
   SphereTree tree;
-  if (n == 0) return tree;
   std::vector<float> x, y, z;
   for (const glm::vec3& p : places_m) {
     x.push_back(p.x);
     y.push_back(p.y);
     z.push_back(p.z);
   }
-  std::size_t run = leaf_size;                                // places under one sphere of this level
-  std::size_t num_spheres = (n + leaf_size - 1) / leaf_size;  // of this level
+  std::size_t run = kBlock;                       // places under one sphere of this level
+  std::size_t num_spheres = leaf_normals.size();  // of this level
   while (true) {
     tree.level_begin[tree.num_levels++] = static_cast<std::uint32_t>(tree.spheres.size());
     for (std::size_t j = 0; j < num_spheres; ++j) {
@@ -92,7 +91,7 @@ SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::size_t leaf
       const std::size_t begin = j * run;
       const std::size_t count = std::min(run, n - begin);
       const Sphere sphere = SmallestSphere(&x[begin], &y[begin], &z[begin], count);
-      const glm::vec3 normal = tree.num_levels == 1 ? leaf_normal(j) : glm::vec3(0.0f);
+      const glm::vec3 normal = tree.num_levels == 1 ? leaf_normals[j] : glm::vec3(0.0f);
       PutSphere(places_m.subspan(begin, count), glm::vec3(sphere.centre), normal, j % kBlock, &tree.spheres.back());
     }
     if (num_spheres <= kBlock) break;

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <glm/glm.hpp>
 #include <span>
 #include <vector>
@@ -32,16 +31,11 @@ struct SphereTree {
 // An order in which aligned runs of 16, 256, 4096 ... places are compact.
 std::vector<std::uint32_t> OrderInRuns(const std::vector<glm::dvec3>& places_m);
 
-// Leaf j holds the places from j leaf_size on, the last one may hold fewer. `leaf_normal`: the direction across its
-// slab, unit or zero.
-SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::size_t leaf_size,
-                           const std::function<glm::vec3(std::size_t leaf)>& leaf_normal);
+// Leaf j holds the places from j kBlock on, the last one may hold fewer. `leaf_normals`: the direction across its slab,
+// unit or zero.
+SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::span<const glm::vec3> leaf_normals);
 
 // Whether levels, blocks and fillers fit a tree over so many leaves.
 bool IsConsistent(const SphereTree& tree, std::size_t num_leaves);
-
-// Sets sphere `lane` of a block: around the places, about the centre, with the slab across n; padded against rounding.
-void PutSphere(std::span<const glm::vec3> places_m, const glm::vec3& centre_m, const glm::vec3& n, std::size_t lane,
-               SphereBlock* block);
 
 }  // namespace vps

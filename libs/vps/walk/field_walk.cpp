@@ -50,6 +50,7 @@ FieldWalkScratch::FieldWalkScratch(const SampleTree& tree, InstructionSet set)
     : near_blocks(tree.points.size()),
       queue_(2 * (tree.points.size() + kBlock)),
       estimates_(tree.points.size() + kBlock),
+      picked_(tree.points.size() + kBlock),
       near_slots_(tree.points.size()),
       near_depths_(tree.points.size()),
       chunks_(tree.points.size() / kChunkBlocks + 1),

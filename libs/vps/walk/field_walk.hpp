@@ -84,7 +84,8 @@ class FieldWalkScratch {
   [[nodiscard]] FieldWalkResult Apart(double free_distance);
 
   std::vector<std::uint32_t> queue_;
-  std::vector<float> estimates_;  // of the blocks found: least distances, voxels
+  std::vector<float> estimates_;       // of the blocks found: least distances, voxels
+  std::vector<std::uint32_t> picked_;  // numbers of those, the deepest first
   std::vector<std::uint32_t> near_slots_;
   std::vector<Depths> near_depths_;
   std::vector<WalkChunk> chunks_;

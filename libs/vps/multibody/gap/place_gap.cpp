@@ -1,6 +1,5 @@
 #include "vps/multibody/gap/place_gap.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "vps/multibody/gap/edge_gap.hpp"
