@@ -16,6 +16,7 @@ void FieldWalkScratch::PickDeepest(std::uint32_t most_blocks) {
   most_blocks = std::max(most_blocks, kAlways);
   if (num_blocks_ <= most_blocks) return;
   FindBlocks(estimates_.data());
+  most_blocks = std::min(most_blocks, num_blocks_);  // now that all are tested there can be fewer
   const auto picked = picked_.begin() + static_cast<std::ptrdiff_t>(most_blocks);
   const auto end = picked_.begin() + static_cast<std::ptrdiff_t>(num_blocks_);
   std::iota(picked_.begin(), end, 0U);
