@@ -46,27 +46,16 @@ TEST(PanelOwners, AreTheNearestPointsOfTheirFace) {
   ExpectNearestOfTheirFace(MakeCylinder(0.01, 0.04, 64), 1500);
 }
 
-// Stairs whose treads are narrower than the spacing of samples: a cell that joined treads of different height would
-// have its centroid off the surface, and with it the depth of all of its area.
+// A cell that joined parallel faces of different height would have its centroid between them, where there is no
+// surface: the point on the panel's own plane is taken, although the one of the other face is nearer; without one, what
+// is nearest.
 TEST(PanelOwners, DoNotJoinParallelFacesOfDifferentHeight) {
-  constexpr int kSteps = 40;
-  constexpr double kTread_m = 0.5e-3;
-  TriangleMesh stairs;
-  for (int i = 0; i <= 2 * kSteps; ++i) {
-    for (const double y : {0.0, 0.02}) stairs.vertices.emplace_back((i + 1) / 2 * kTread_m, y, i / 2 * kTread_m);
-    if (i == 0) continue;
-    const auto at = static_cast<std::uint32_t>(2 * i);
-    stairs.triangles.push_back({at - 2, at, at - 1});
-    stairs.triangles.push_back({at, at + 1, at - 1});
-  }
-  const auto samples = SampleSurface(stairs, 400);  // 1.4 mm apart
-  ASSERT_TRUE(samples);
-  for (const glm::dvec3& p : samples->points_m) {
-    const double x = p.x / kTread_m;
-    const double z = p.z / kTread_m;
-    // Over one step the surface stays within half of its diagonal of the line x - z = 1/2.
-    EXPECT_LT(std::abs(x - z - 0.5) / std::sqrt(2.0), 0.5 * std::sqrt(2.0)) << x << " " << z;
-  }
+  const glm::dvec3 up(0.0, 0.0, 1.0);
+  const std::vector<SurfacePanel> panels = {{glm::dvec3(0.0), up, 1e-8, 1e-4}};
+  Places places{{{0.0, 0.0, -0.5e-3}, {1.2e-3, 0.0, 0.0}}, {up, up}, 1e-3};
+  EXPECT_EQ(FindOwners(panels, places, nullptr)[0], 1U);
+  places.points_m[1].x = 1.7e-3;
+  EXPECT_EQ(FindOwners(panels, places, nullptr)[0], 0U);
 }
 
 }  // namespace
