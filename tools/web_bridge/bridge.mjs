@@ -28,6 +28,7 @@ const USAGE = `usage: node bridge.mjs SCENARIO [options]
 `;
 
 const APPLY_HZ = 30, STATUS_HZ = 10, FORCE_HZ = 50;
+const ANSWER_MS = 10_000;  // a person waits for a busy machine longer than a program does
 const STRING = { type: "string" };
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 
@@ -59,7 +60,7 @@ async function setParameter(shown, path, value) {
   const [owner, name] = [path.slice(0, dot), path.slice(dot + 1)];
   if (dot < 1 || !Number.isFinite(value)) throw new Error("a parameter is NODE.NAME, its value a number");
   if (owner === "scene") shown.source?.say(`set ${name} ${value}`);
-  else if (shown.node) await shown.node.setParameter(owner, name, value);
+  else if (shown.node) await shown.node.setParameter(owner, name, value, { timeoutMs: ANSWER_MS });
   else throw new Error("no session runs");
 }
 

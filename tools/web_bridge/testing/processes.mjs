@@ -9,7 +9,8 @@ import { fileURLToPath } from "node:url";
 import { spawnBound } from "../../../clients/javascript/testing/spawn_bound.mjs";
 
 export const PATIENCE = { signal: AbortSignal.timeout(280_000) };  // a busy machine, and the first run of a scene cooks its structures
-export const scenarioFolder = (name) => fileURLToPath(new URL(`../../../scenarios/${name}`, import.meta.url));
+// A name, or a folder's absolute path, which stays.
+export const scenarioFolder = (name) => path.resolve(fileURLToPath(new URL("../../../scenarios", import.meta.url)), name);
 
 export class Processes {
   folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));

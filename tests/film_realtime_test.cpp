@@ -1,6 +1,5 @@
-// The film that a run leaves of itself: `oos run`, as a person starts it.
-
-#include "tests/support/film.hpp"
+// The film that a run leaves of itself: `oos run`, as a person starts it. Real time: beside other tests a viewer joins
+// late, and its film is shorter than the run.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/clock.hpp"
+#include "tests/support/film.hpp"
 #include "tools/process/piped_child.hpp"
 
 namespace system_tests {
