@@ -20,7 +20,7 @@ namespace vps {
 //   32      8      xxHash3 of the payload
 //   40      ...    payload: flags, bounding sphere, then what the flags name: voxelmap, point tree, distance
 //                  field with its bends, sample tree with the surface; arrays as u64 count + elements
-constexpr std::uint32_t kCookedFormatVersion = 33;
+constexpr std::uint32_t kCookedFormatVersion = 34;
 
 // Key of a cache entry: the content address.
 std::uint64_t CookedKey(const void* mesh_bytes, std::size_t num_bytes, const CookParameters& parameters);

@@ -185,27 +185,42 @@ double Negligible_m3(const FastPair& parts, const PairDescription& pair, double 
 constexpr double kBetweenSamples = 0.25;  // not derived
 
 // The error of the samples' estimate: by_cells, what they miss at the border of the contact, and what fits between
-// them: the area of one times kBetweenSamples of its radius; by_field, the field's mean error at the deepest of them
-// over the area that touches.
+// them: the area of one times kBetweenSamples of its radius; by_field, the field's mean error where they touch over the
+// area that does.
 struct SampleError {
   double by_cells_m3 = 0.0;
   double by_field_m3 = 0.0;
   [[nodiscard]] double sum_m3() const { return by_cells_m3 + by_field_m3; }
 };
 
-SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
+// The field's mean error where samples touch, from about kMaxSinglePoints of the blocks: a mean over so many places is
+// good to a fifth.
+double MeanFieldError_m(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
+                        const FieldWalkResult& walk) {
+  const FieldTransform T(X_GS, parts.field);
+  double sum = 0.0;
+  std::uint32_t count = 0;
+  const std::uint32_t stride = 1 + walk.num_near_blocks / kMaxSinglePoints;
+  for (std::uint32_t i = 0; i < walk.num_near_blocks; i += stride) {
+    const float* const depths = scratch.depths(i);
+    const std::uint32_t k = FindDeepest(depths);
+    if (!(depths[k] > 0.0f)) continue;
+    const glm::vec3 p = T.ToVoxels(PointOf(parts.samples.points[scratch.near_blocks[i]], k));
+    sum += static_cast<double>(FieldErrorAt(parts, p, depths[k]));
+    ++count;
+  }
+  return count > 0 ? parts.field.voxel_size_m * sum / count : 0.0;
+}
+
+SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
+                           const FieldWalkResult& walk) {
   const SampleTree& samples = parts.samples;
   SampleError error;
   error.by_cells_m3 =
       samples.area_m2 / samples.num_points * kBetweenSamples * samples.usual_m + kConfidence * walk.missed_m3;
   if (walk.num_colliding == 0) return error;
-  const glm::vec3 p_S = PointOf(samples.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock);
-  const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(p_S);
-  const double voxel_m = parts.field.voxel_size_m;
-  const double field_m =
-      voxel_m * static_cast<double>(FieldErrorAt(parts, p, static_cast<float>(walk.deepest_m / voxel_m)));
   const double carrying_m2 = walk.square_m4 > 0.0 ? walk.volume_m3 * walk.volume_m3 / walk.square_m4 : 0.0;
-  error.by_field_m3 = kConfidence * field_m * carrying_m2;
+  error.by_field_m3 = kConfidence * MeanFieldError_m(parts, X_GS, scratch, walk) * carrying_m2;
   return error;
 }
 
@@ -330,7 +345,7 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
     const std::uint32_t left = scratch->most_points - std::min(scratch->most_points, walk.points_tested);
     goal.most_places = std::clamp(left / kPointsOfPlace, std::min(kLeastPlaces, pair.most_places), pair.most_places);
   }
-  const SampleError error = ErrorOfSamples(parts, X_GS, walk);
+  const SampleError error = ErrorOfSamples(parts, X_GS, scratch->walk, walk);
   const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
   // How much the samples alone decide: wholly while their error is at most the wanted one, not at all from twice it on.
   const double sureness = std::clamp(2.0 - error.sum_m3() / wanted_of_samples_m3, 0.0, 1.0);
@@ -361,7 +376,7 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
                     result);
   }
   if (parts.coarseness > 0 && walk.num_colliding > 0 &&
-      ErrorOfSamples(parts, X_GS, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
+      ErrorOfSamples(parts, X_GS, scratch->walk, walk).sum_m3() > WantedOfSamples_m3(parts, pair, rho, walk)) {
     if (scratch->memory != nullptr) scratch->memory->queries_to_coarser = kQueriesToRetry;
     const std::uint32_t finer_by_one = parts.coarseness - 1;
     const FastPair finer = {

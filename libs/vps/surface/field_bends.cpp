@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "vps/field/nearest_facet.hpp"
 #include "vps/surface/patch_block.hpp"
 
 namespace vps {
@@ -151,33 +152,42 @@ void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers,
   for (const Layer& layer : layers) layer.AppendTo(bends);
 }
 
-// FieldBends::inner_errors of a brick.
+// FieldBends::inner_errors of a brick: against the triangles, at four places of each coarse cell. With a distance of
+// 1 / sqrt(12) of its edge from the middle along each axis these have the second moments of the cell. Where the band
+// ends only a part of a cell is coarse; if none of those places is in such a part, all of the brick's voxels are tried.
+// To compare neighbouring cells would not do: where the depth bends smoothly both are off by the same at their common
+// face.
 float InnerError(const DistanceField& field, const glm::ivec3& brick) {
-  constexpr float kJustBeyond = 0.501f;  // of the way from centre to centre
+  constexpr float kFromMiddle = 0.2887f;
+  constexpr glm::vec3 kPlaces[] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
   const int edge = 1 << field.coarse_shift;
+  const auto length = static_cast<float>(edge);
   float sum = 0.0f;
   int count = 0;
-  const auto compare = [&](const glm::vec3& centre) {
-    const FieldSample at = SampleField(field, centre);
+  const auto measure = [&](const glm::vec3& p) {
+    const FieldSample at = SampleField(field, p);
     if (at.cell == 1.0f || at.distance > 0.0f) return;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int side : {-edge, edge}) {
-        glm::vec3 to(0.0f);
-        to[axis] = static_cast<float>(side);
-        const FieldSample next = SampleField(field, centre + kJustBeyond * to);
-        const float from_here = at.distance + kJustBeyond * glm::dot(at.gradient, to);
-        const float from_there = next.distance;
-        sum += (from_here - from_there) * (from_here - from_there);
-        ++count;
+    const double reach = static_cast<double>(std::abs(at.distance) + 2.0f * length);
+    const NearestFacet nearest = FindNearestFacet(field.triangles(), glm::dvec3(p), reach);
+    if (!nearest.is_found) return;
+    const float off = at.distance - static_cast<float>(nearest.height);
+    sum += off * off;
+    ++count;
+  };
+  const auto for_each_cell = [&](int step, const auto& visit) {
+    for (int z = 0; z < 8; z += step) {
+      for (int y = 0; y < 8; y += step) {
+        for (int x = 0; x < 8; x += step)
+          visit(glm::vec3(8 * brick + glm::ivec3(x, y, z)) + 0.5f * static_cast<float>(step));
       }
     }
   };
-  const glm::ivec3 first = 8 * brick + edge / 2;
-  for (int z = 0; z < 8; z += edge) {
-    for (int y = 0; y < 8; y += edge) {
-      for (int x = 0; x < 8; x += edge) compare(glm::vec3(first + glm::ivec3(x, y, z)));
-    }
-  }
+  for_each_cell(edge, [&](const glm::vec3& middle) {
+    for (const glm::vec3& to : kPlaces) measure(middle + kFromMiddle * length * to);
+  });
+  const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
+  const bool is_empty = field.bricks[static_cast<std::size_t>((brick.z * n.y + brick.y) * n.x + brick.x)] == 0;
+  if (count == 0 && !is_empty) for_each_cell(1, measure);
   return count > 0 ? std::sqrt(sum / static_cast<float>(count)) : 0.0f;
 }
 
@@ -196,15 +206,19 @@ FieldBends BuildFieldBends(const DistanceField& field, core::ParallelFor* worker
     AddLevel(field, shift, workers, &bends);
   }
   const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
-  for (int z = 0; z < n.z; ++z) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int x = 0; x < n.x; ++x) {
-        const std::size_t i = bends.brick_errors.size();
-        bends.brick_errors.push_back(i < field.errors.size() ? static_cast<float>(field.errors[i]) * kErrorStep : 0.0f);
-        bends.inner_errors.push_back(InnerError(field, {x, y, z}));
-      }
-    }
+  const auto num_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
+  for (std::size_t i = 0; i < num_bricks; ++i) {
+    bends.brick_errors.push_back(i < field.errors.size() ? static_cast<float>(field.errors[i]) * kErrorStep : 0.0f);
   }
+  bends.inner_errors.resize(num_bricks);
+  core::ForEach(workers, static_cast<std::size_t>(n.z) * static_cast<std::size_t>(n.y), [&](std::size_t row) {
+    const auto z = static_cast<int>(row) / n.y;
+    const auto y = static_cast<int>(row) % n.y;
+    for (int x = 0; x < n.x; ++x) {
+      bends.inner_errors[row * static_cast<std::size_t>(n.x) + static_cast<std::size_t>(x)] =
+          InnerError(field, {x, y, z});
+    }
+  });
   return bends;
 }
 

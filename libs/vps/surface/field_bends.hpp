@@ -26,8 +26,7 @@ struct FieldBends {
   // Four words each: mean xx and yy, zz and xy, xz and yz, most and -least, the lower half first.
   std::vector<std::uint32_t> words;
   std::vector<float> brick_errors;  // the field's error at the surface in each brick, voxels
-  // That of coarse cells inside, which are linear each: across a ridge of the depth neighbours disagree. Root mean
-  // square of the differences at their common faces, voxels.
+  // That of coarse cells inside, which are linear each, against the triangles: r.m.s. over the brick, voxels.
   std::vector<float> inner_errors;
 };
 
