@@ -4,27 +4,48 @@
 #include <limits>
 
 namespace vps {
+namespace {
+
+// Pairwise, so that a compiler takes several at once.
+float LeastOf(const float* bounds) {
+  float least[kBlock / 2];
+  for (std::uint32_t k = 0; k < kBlock / 2; ++k) {
+    const float other = bounds[k + kBlock / 2];
+    least[k] = other < bounds[k] ? other : bounds[k];
+  }
+  for (std::uint32_t half = kBlock / 4; half > 0; half /= 2) {
+    for (std::uint32_t k = 0; k < half; ++k) least[k] = least[k + half] < least[k] ? least[k + half] : least[k];
+  }
+  return least[0];
+}
+
+}  // namespace
 
 double BoundFreeDistance(const WalkInput& in, const WalkKernels& kernels, std::uint32_t* spheres_tested) {
   struct {
     std::uint32_t level, number;
   } blocks[kMostSphereBlocks];
-  float bounds[kMostSphereBlocks * kBlock];
-  std::uint32_t least = 0;
+  float bounds[kMostSphereBlocks][kBlock];
+  float leasts[kMostSphereBlocks];  // of each block, since a search through all bounds takes longer than finding them
+  std::uint32_t nearest = 0;        // block
   for (std::uint32_t n = 0; n < kMostSphereBlocks; ++n) {
     if (n == 0) {
       blocks[n] = {in.num_levels - 1, 0};
     } else {
-      const auto& parent = blocks[least / kBlock];
+      const auto& parent = blocks[nearest];
       if (parent.level == 0) break;
-      blocks[n] = {parent.level - 1, parent.number * kBlock + least % kBlock};
-      bounds[least] = std::numeric_limits<float>::infinity();
+      float* const lane = std::find(bounds[nearest], bounds[nearest] + kBlock, leasts[nearest]);
+      const auto k = static_cast<std::uint32_t>(lane - bounds[nearest]);
+      blocks[n] = {parent.level - 1, parent.number * kBlock + k};
+      *lane = std::numeric_limits<float>::infinity();
+      leasts[nearest] = LeastOf(bounds[nearest]);
     }
-    kernels.bound(in, in.level_begin[blocks[n].level] + blocks[n].number, bounds + n * kBlock);
+    kernels.bound(in, in.level_begin[blocks[n].level] + blocks[n].number, bounds[n]);
     *spheres_tested += kBlock;
-    least = static_cast<std::uint32_t>(std::min_element(bounds, bounds + (n + 1) * kBlock) - bounds);
+    leasts[n] = LeastOf(bounds[n]);
+    nearest = static_cast<std::uint32_t>(std::min_element(leasts, leasts + n + 1) - leasts);
   }
-  return static_cast<double>(bounds[least]);
+  return static_cast<double>(leasts[nearest]);
 }
 
 }  // namespace vps

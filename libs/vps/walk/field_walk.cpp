@@ -95,7 +95,7 @@ std::uint32_t FieldWalkScratch::Prepare(const SampleTree& sampled, const Distanc
     free_distance_ = free_m / field.voxel_size_m;
     if (free_m > 0.0) return 0;
     was_apart = memory->free_m > 0.0;
-    *memory = {&sampled, &field, margin_m, X_GS};
+    *memory = {&sampled, &field, margin_m, X_GS, X_GS * sampled.centre_m};
   }
   input_ = MakeFieldInput(field, X_GS);
   input_.points = sampled.points.data();

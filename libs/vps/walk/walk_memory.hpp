@@ -19,7 +19,8 @@ struct FieldWalkMemory {
   const DistanceField* field = nullptr;
   double margin_m = 0.0;
   core::Pose X_GS;
-  double free_m = 0.0;  // 0: something was near
+  glm::dvec3 centre_G{0.0};  // of S's ball at that pose
+  double free_m = 0.0;       // 0: something was near
 
   // How much of it is left [m]; 0: unknown, a walk is needed. Quick, for the many calls in which nothing is near.
   [[nodiscard]] double RemainingFreeDistance_m(const SampleTree& S, const DistanceField& G, const core::Pose& X_GS_now,

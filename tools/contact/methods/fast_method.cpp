@@ -22,17 +22,18 @@ class FastMethod : public Method {
     // The world frame is A's.
     vps::QueryFastPair(vps::FastPairOf(*B_, *A_, touch_memory_), X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
     const vps::TouchIntegral& touch = scratch_.touch;
-    Answer answer;
-    answer.signed_distance_m = result_.signed_distance_m;
-    if (apart_ && !result_.is_in_contact) answer.signed_distance_m = apart_->Query_m(X_AB);
-    answer.points_tested = result_.counters.points_tested;
-    answer.force_error = touch.error_m3;
-    answer.is_accurate = touch.error_m3 <= pair_.accuracy * touch.volume_m3;
-    if (!result_.is_in_contact) return answer;
-    answer.contacts = result_.counters.points_colliding;
-    answer.force_A = X_AB.rotate(touch.force_m3);
-    answer.moment_A = X_AB.rotate(touch.moment_m4);
-    return answer;
+    const bool is_accurate = touch.error_m3 <= pair_.accuracy * touch.volume_m3;
+    if (!result_.is_in_contact) {
+      const double distance_m = apart_ ? apart_->Query_m(X_AB) : result_.signed_distance_m;
+      return {distance_m, {}, {}, 0, result_.counters.points_tested, touch.error_m3, is_accurate};
+    }
+    return {result_.signed_distance_m,
+            X_AB.rotate(touch.force_m3),
+            X_AB.rotate(touch.moment_m4),
+            result_.counters.points_colliding,
+            result_.counters.points_tested,
+            touch.error_m3,
+            is_accurate};
   }
 
   void Forget() override {
