@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <span>
 
 #include "vps/mesh/nearest_on_triangle.hpp"
@@ -59,6 +60,21 @@ glm::mat3 MainAxes(std::span<const Triangle> part) {
   return {glm::vec3(a), glm::vec3(b), glm::vec3(glm::cross(a, b))};
 }
 
+double AreaOf(const glm::dvec3& sides) {
+  return sides.x * sides.y + sides.y * sides.z + sides.z * sides.x;
+}
+
+// Along three axes.
+struct Extent {
+  glm::dvec3 low{std::numeric_limits<double>::infinity()};
+  glm::dvec3 high{-std::numeric_limits<double>::infinity()};
+  void Add(const glm::dvec3& p) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  [[nodiscard]] double Area() const { return AreaOf(high - low); }
+};
+
 BoxTree::Node BoxAround(std::span<const Triangle> part) {
   BoxTree::Node node;
   node.axes = MainAxes(part);
@@ -80,25 +96,82 @@ BoxTree::Node BoxAround(std::span<const Triangle> part) {
   return node;
 }
 
-// Where the triangles' middles spread most along an axis of the box, halfway; in equal numbers if they are all in one
-// place.
+// Where along an axis of the box the areas of both boxes, each times its number of triangles, add up to least; in equal
+// numbers if all middles are in one place. (Of slices of a whole part, each with something of every face, the boxes are
+// large and hold little.)
 std::size_t Halve(const BoxTree::Node& box, std::span<Triangle> part) {
+  constexpr int kBins = 16;  // not derived
+  struct Bin {
+    Extent extent;
+    double count = 0.0;
+    void Add(const Bin& other) {
+      extent.low = glm::min(extent.low, other.extent.low);
+      extent.high = glm::max(extent.high, other.extent.high);
+      count += other.count;
+    }
+    [[nodiscard]] double Cost() const { return count > 0.0 ? count * extent.Area() : 0.0; }
+  };
   const glm::dmat3 axes(box.axes);
-  glm::dvec3 low(std::numeric_limits<double>::infinity());
-  glm::dvec3 high = -low;
+  Extent middles;
+  for (const Triangle& t : part) middles.Add(MiddleOf(t) * axes);
+  const glm::dvec3 per_bin = static_cast<double>(kBins) / (middles.high - middles.low);
+  const auto bin_of = [&](const Triangle& t, int k) {
+    const double at = ((MiddleOf(t) * axes)[k] - middles.low[k]) * per_bin[k];
+    return at > 0.0 ? std::min(static_cast<int>(std::min(at, 1.0 * kBins)), kBins - 1) : 0;  // 0 also if not a number
+  };
+  std::array<std::array<Bin, kBins>, 3> bins;
   for (const Triangle& t : part) {
-    const glm::dvec3 at = MiddleOf(t) * axes;
-    low = glm::min(low, at);
-    high = glm::max(high, at);
+    Bin one{{}, 1.0};
+    for (const glm::dvec3& p : t) one.extent.Add(p * axes);
+    for (int k = 0; k < 3; ++k) bins[k][bin_of(t, k)].Add(one);
   }
-  const glm::dvec3 size = high - low;
-  int k = size.y > size.x ? 1 : 0;
-  if (size.z > size[k]) k = 2;
-  const double halfway = 0.5 * (low[k] + high[k]);
-  const auto second = std::partition(part.begin(), part.end(),
-                                     [&](const Triangle& t) { return glm::dot(axes[k], MiddleOf(t)) < halfway; });
+  double least = std::numeric_limits<double>::infinity();
+  int axis = 0;
+  int first_of_second = 0;
+  for (int k = 0; k < 3; ++k) {
+    std::array<double, kBins> before{};  // cost of the bins below
+    Bin sum;
+    for (int i = 0; i + 1 < kBins; ++i) {
+      sum.Add(bins[k][i]);
+      before[i + 1] = sum.Cost();
+    }
+    sum = {};
+    for (int i = kBins - 1; i > 0; --i) {
+      sum.Add(bins[k][i]);
+      const double cost = before[i] + sum.Cost();
+      const bool is_split = sum.count > 0.0 && sum.count < static_cast<double>(part.size());
+      if (!is_split || cost >= least) continue;
+      least = cost;
+      axis = k;
+      first_of_second = i;
+    }
+  }
+  const auto second =
+      std::partition(part.begin(), part.end(), [&](const Triangle& t) { return bin_of(t, axis) < first_of_second; });
   const auto half = static_cast<std::size_t>(second - part.begin());
   return half == 0 || half == part.size() ? part.size() / 2 : half;
+}
+
+// One of each part that triangles connect by corners they share.
+std::vector<glm::dvec3> CornersOfParts(const vps::TriangleMesh& mesh) {
+  std::vector<std::uint32_t> above(mesh.vertices.size());
+  std::iota(above.begin(), above.end(), 0U);
+  const auto find = [&](std::uint32_t v) {
+    while (above[v] != v) v = above[v] = above[above[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangles) {
+    above[find(t[1])] = find(t[0]);
+    above[find(t[2])] = find(t[0]);
+  }
+  std::vector<glm::dvec3> corners;
+  std::vector<bool> is_known(mesh.vertices.size(), false);
+  for (const auto& t : mesh.triangles) {
+    const std::uint32_t part = find(t[0]);
+    if (!is_known[part]) corners.push_back(mesh.vertices[t[0]]);
+    is_known[part] = true;
+  }
+  return corners;
 }
 
 struct Part {
@@ -152,34 +225,14 @@ glm::dvec3 Between(const Triangle& S, const Triangle& T) {
   return best;
 }
 
-// Halves a thin triangle across its longest side until it is `least_m` long or no longer thin: a box around a few
-// neighbouring strips of a round surface is as long as they are. Not derived: what counts as thin.
-void PutPieces(const Triangle& t, double least_m, std::vector<Triangle>* out) {
-  constexpr double kThin = 8.0;  // longest side over height
-  std::size_t k = 0;
-  const auto length_m = [&](std::size_t i) { return glm::distance(t[i], t[(i + 1) % 3]); };
-  for (std::size_t i = 1; i < 3; ++i) {
-    if (length_m(i) > length_m(k)) k = i;
-  }
-  const double twice_m2 = glm::length(glm::cross(t[1] - t[0], t[2] - t[0]));
-  if (twice_m2 == 0.0) return;  // its sides are its neighbours'
-  if (length_m(k) <= least_m || length_m(k) * length_m(k) <= kThin * twice_m2) {
-    out->push_back(t);
-    return;
-  }
-  const glm::dvec3 middle = 0.5 * (t[k] + t[(k + 1) % 3]);
-  PutPieces({t[k], middle, t[(k + 2) % 3]}, least_m, out);
-  PutPieces({middle, t[(k + 1) % 3], t[(k + 2) % 3]}, least_m, out);
-}
-
 }  // namespace
 
 BoxTree::BoxTree(const vps::TriangleMesh& mesh) {
-  constexpr double kLeastPiece = 1.0 / 32.0;  // of the part's size; not derived
-  const vps::Box box = vps::BoundingBox(mesh);
   triangles.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    PutPieces(mesh.corners(t), kLeastPiece * glm::length(box.upper - box.lower), &triangles);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle t = mesh.corners(i);
+    // Without area its sides are its neighbours'.
+    if (glm::length(glm::cross(t[1] - t[0], t[2] - t[0])) > 0.0) triangles.push_back(t);
   }
   if (triangles.empty()) return;
   nodes.reserve(2 * triangles.size());
@@ -246,6 +299,9 @@ class ApartBound::Body {
   glm::dvec3 centre_m_{0.0}, half_sides_m_{0.0};
 };
 
+ApartBound::ApartBound(const vps::TriangleMesh& G, const vps::TriangleMesh& S)
+    : G_(G), S_(S), corners_of_S_m_(CornersOfParts(S)) {}
+
 void ApartBound::Offer(const Body& body_S, const Body& body_G, Pair pair) {
   glm::dvec3 on_S = body_S.middle_m();
   for (int i = 0; i < kMostRounds; ++i) {
@@ -306,7 +362,7 @@ double ApartBound::Query_m(const core::Pose& X_GS) {
     const Body body_G = of_G(pair.g);
     const BoxTree::Node& s = S_.nodes[pair.s];
     const BoxTree::Node& g = G_.nodes[pair.g];
-    const auto size = [](const BoxTree::Node& node) { return glm::dot(node.half_sides_m, node.half_sides_m); };
+    const auto size = [](const BoxTree::Node& node) { return AreaOf(node.half_sides_m); };
     if (s.is_leaf() && g.is_leaf()) {
       MeetTriangles(body_S.corners(), body_G.corners(), pair);
     } else if (g.is_leaf() || (!s.is_leaf() && size(s) > size(g))) {

@@ -33,7 +33,7 @@ struct BoxTree {
 // How far two surfaces are apart, by their triangles.
 class ApartBound {
  public:
-  ApartBound(const vps::TriangleMesh& G, const vps::TriangleMesh& S) : G_(G), S_(S) {}
+  ApartBound(const vps::TriangleMesh& G, const vps::TriangleMesh& S);
 
   // Conservative lower bound [m] of the distance of the surfaces, within kTolerance of it; 0 where they meet. After
   // kMostPairs pairs what is proven by then.
@@ -42,6 +42,9 @@ class ApartBound {
   // pairs of boxes, the nearest pair first; of two triangles u is that of their nearest places, and the bound exact.
   // The pair of triangles that was nearest in the last call is looked at first: what cannot be nearer is not opened.
   double Query_m(const core::Pose& X_GS);
+
+  // One corner of each connected part of S, in S: where the surfaces do not meet, a part is wholly in G or wholly not.
+  [[nodiscard]] const std::vector<glm::dvec3>& corners_of_S_m() const { return corners_of_S_m_; }
 
   static constexpr double kTolerance = 0.01;  // not derived: pairs opened against looseness
   static constexpr int kMostPairs = 10'000;   // not derived: a few milliseconds
@@ -61,6 +64,7 @@ class ApartBound {
   [[nodiscard]] double enough_m() const { return (1.0 - kTolerance) * nearest_m_; }
 
   BoxTree G_, S_;
+  std::vector<glm::dvec3> corners_of_S_m_;
   Pair last_;  // leaves
   // Of a query.
   std::vector<Pair> heap_;
