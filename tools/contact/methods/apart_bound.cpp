@@ -16,11 +16,6 @@ using Triangle = BoxTree::Triangle;
 // Against the rounding of axes and half sides to floats, as a share of a length; some 6e-8 each.
 constexpr double kPad = 1e-6;
 
-// Of two boxes' nearest places, in turns; and the share of their distance at which the bound is near enough to it. Not
-// derived.
-constexpr int kMostRounds = 3;
-constexpr double kNearlyAll = 0.95;
-
 glm::dvec3 MiddleOf(const Triangle& t) {
   return (t[0] + t[1] + t[2]) / 3.0;
 }
@@ -302,17 +297,15 @@ class ApartBound::Body {
 ApartBound::ApartBound(const vps::TriangleMesh& G, const vps::TriangleMesh& S)
     : G_(G), S_(S), corners_of_S_m_(CornersOfParts(S)) {}
 
+// Along the way between a place of G and the nearest one of S to it. Nearer places, found in turns, give better bounds,
+// but open hardly fewer pairs.
 void ApartBound::Offer(const Body& body_S, const Body& body_G, Pair pair) {
-  glm::dvec3 on_S = body_S.middle_m();
-  for (int i = 0; i < kMostRounds; ++i) {
-    const glm::dvec3 on_G = body_G.Nearest(on_S);
-    on_S = body_S.Nearest(on_G);
-    const glm::dvec3 way = on_S - on_G;
-    const double distance_m = glm::length(way);
-    if (!(distance_m > pair.bound_m)) break;  // nor can the bound be greater
+  const glm::dvec3 on_G = body_G.Nearest(body_S.middle_m());
+  const glm::dvec3 way = body_S.Nearest(on_G) - on_G;
+  const double distance_m = glm::length(way);
+  if (distance_m > pair.bound_m) {  // else the bound cannot be greater either
     const glm::dvec3 u = way / distance_m;
     pair.bound_m = std::max(pair.bound_m, -body_S.Reach(-u) - body_G.Reach(u));
-    if (pair.bound_m >= enough_m() || pair.bound_m >= kNearlyAll * distance_m) break;
   }
   if (pair.bound_m >= enough_m()) {
     least_m_ = std::min(least_m_, pair.bound_m);
