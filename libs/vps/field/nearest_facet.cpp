@@ -188,6 +188,10 @@ void FacetsAround::Gather(const Facets& facets, const glm::dvec3& p, double radi
   };
   Descent{facets, p, squared, meet}.MeetLevel(facets.num_levels - 1, 0);
   if (is_full_) count_ = 0;
+  FillUp();
+}
+
+void FacetsAround::FillUp() {
   for (std::size_t k = count_; k % 4 != 0; ++k) {
     for (std::size_t axis = 0; axis < 3; ++axis) low_[axis][k] = high_[axis][k] = Facets::kFarAway;
   }
@@ -195,14 +199,22 @@ void FacetsAround::Gather(const Facets& facets, const glm::dvec3& p, double radi
 
 void FacetsAround::LeaveOut(const NearestFacet& face) noexcept {
   constexpr double kSamePlane = 2.0 * kSamePlace;
+  std::size_t left = 0;
   for (std::size_t k = 0; k < count_; ++k) {
     const auto is_in_plane = [&](const glm::dvec3& corner) {
       return std::abs(glm::dot(corner - face.place, face.normal)) < kSamePlane;
     };
     const auto& [a, b, c] = near_[k].corners;
-    if (!is_in_plane(a) || !is_in_plane(b) || !is_in_plane(c)) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) low_[axis][k] = high_[axis][k] = Facets::kFarAway;
+    if (is_in_plane(a) && is_in_plane(b) && is_in_plane(c)) continue;
+    if (left < k) near_[left] = near_[k];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low_[axis][left] = low_[axis][k];
+      high_[axis][left] = high_[axis][k];
+    }
+    ++left;
   }
+  count_ = left;
+  FillUp();
 }
 
 // The box that is nearest first: what it holds is mostly the nearest, and then few others can be nearer.

@@ -35,7 +35,7 @@ class FacetsAround {
   void Gather(const Facets& facets, const glm::dvec3& p, double radius) noexcept;
   // As FindNearestFacet, if the ball about p lies in the gathered one.
   [[nodiscard]] NearestFacet FindNearest(const glm::dvec3& p, double reach) const noexcept;
-  // Leaves those in the plane of a face out of the searches, until the next Gather.
+  // Drops those in the plane of a face, until the next Gather.
   void LeaveOut(const NearestFacet& face) noexcept;
   [[nodiscard]] std::span<const Facet> facets() const { return {near_.data(), count_}; }
   // There were more than kMost, and there are none.
@@ -45,6 +45,7 @@ class FacetsAround {
   using Lane = std::array<float, kMost>;
 
   void Add(const Facet& facet);
+  void FillUp();
 
   const Facets* all_ = nullptr;
   glm::dvec3 middle_{0.0};

@@ -203,6 +203,7 @@ void CollisionWorld::Impl::MakeScratch() {
   while (largest != nullptr && fast_scratch.size() < count) {
     fast_scratch.emplace_back(*largest);
     fast_scratch.back().surface.Reserve(most_places);
+    if (!touch_points.empty()) fast_scratch.back().gaps = std::make_unique<GapScratch>();
   }
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include "vps/force/reduce_patches.hpp"
 #include "vps/multibody/collision_world.hpp"
+#include "vps/multibody/gap/gap_scratch.hpp"
 #include "vps/surface/surface_walk.hpp"
 #include "vps/walk/field_walk.hpp"
 
@@ -48,6 +50,7 @@ struct FastPairScratch {
   FieldWalkResult found;  // of that walk
   SurfaceWalk surface;
   std::vector<ContactPatch> patches;
+  std::unique_ptr<GapScratch> gaps;  // FinishGapPair needs it
   TouchMemory* memory = nullptr;  // null: each query starts anew
   std::uint32_t most_points = 0;  // budget of the whole query, in points of the walk; 0: the pair's most_places alone
   // Of the last query.

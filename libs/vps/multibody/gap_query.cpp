@@ -46,32 +46,33 @@ void TakeNearest(const core::Pose& X_GS, const PairDescription& pair, const GapP
 struct GapQuery {
   const GapScene& scene;
   NearPlaces near;
-  TouchBins bins;
-  MeasuredGaps measured;
-  CornersBelow below;
-  GapCandidates candidates;
-  FacetsAround around;
+  GapScratch& now;
 
-  Gaps Measure(std::uint32_t point, double depth) { return MeasurePlace(scene, point, depth, &around, &below); }
+  Gaps Measure(std::uint32_t point, double depth) { return MeasurePlace(scene, point, depth, &now.around, &now.below); }
   Gaps GapsOf(const GapCandidate& candidate) {
-    const MeasuredGaps::One* const known = measured.Find(candidate.point);
-    return known != nullptr ? known->gaps : Measure(candidate.point, static_cast<double>(candidate.depth));
+    if (IsCornerOfG(candidate.point)) return {FindCorner(now.corners, candidate.point)->gap, {}};
+    const TouchPlace& place = scene.S.places[candidate.point];
+    for (const TouchBin::Measured& known : now.bins[TouchBinOf(place.kind, place.bin)].measured) {
+      if (known.point == candidate.point) return known.gaps;
+    }
+    return Measure(candidate.point, static_cast<double>(candidate.depth));
   }
   // Corners of G that had a plane in the last cycle.
   void TakeCorners(const GapPlanes& gaps) {
+    now.below.corners.clear();
     for (const GapPlanes::Slot& slot : gaps.slots) {
-      if (slot.cycles_left >= 0 && IsCornerOfG(slot.point)) below.corners.push_back({slot.corner, slot.n[0], 0.0});
+      if (slot.cycles_left >= 0 && IsCornerOfG(slot.point)) now.below.corners.push_back({slot.corner, slot.n[0], 0.0});
     }
   }
   // The nearest of each bin is the one with the least exact gap of those that can have it.
   void MeasureNearest() {
-    for (TouchBin& bin : bins) {
+    for (TouchBin& bin : now.bins) {
       double least = std::numeric_limits<double>::infinity();
       for (const TouchBin::Likely& one : bin.likely) {
         const double bound = -static_cast<double>(one.depth) - static_cast<double>(kUsualFieldError);
         if (bound >= std::min(least, kExactWithin)) break;
         const Gaps gaps = Measure(one.point, static_cast<double>(near.DepthOf(one.point)));
-        measured.all.push_back({one.point, gaps, {}});
+        bin.measured.push_back({one.point, gaps});
         if (!gaps.least.is_found || gaps.least.height >= least) continue;
         least = gaps.least.height;
         bin.nearest = one.point;
@@ -80,9 +81,10 @@ struct GapQuery {
     }
   }
   void MeasureCorners() {
-    for (const CornersBelow::Corner& corner : below.corners) {
-      const Gap gap = MeasureCorner(scene, corner, &around);
-      if (gap.is_found) measured.all.push_back({NameOfCorner(corner.p), {gap, {}}, corner.p});
+    now.corners.clear();
+    for (const CornersBelow::Corner& corner : now.below.corners) {
+      const Gap gap = MeasureCorner(scene, corner, &now.around);
+      if (gap.is_found) now.corners.push_back({NameOfCorner(corner.p), corner.p, gap});
     }
   }
 };
@@ -133,16 +135,16 @@ class PlaneWriter {
 
 // Replaces the planes; returns the least gap.
 double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const FastPairScratch& scratch,
-                     GapPlanes* gaps, PairResult* result) {
+                     GapScratch* now, GapPlanes* gaps, PairResult* result) {
   const auto margin = static_cast<float>(pair.look_ahead_m / scene.field.voxel_size_m);
-  GapQuery query{scene, {scene.S, scratch.walk, scratch.found, margin}, {}, {}, {}, {}, {}};
-  FillBins(scene, query.near, &query.bins);
+  GapQuery query{scene, {scene.S, scratch.walk, scratch.found, margin}, *now};
+  FillBins(scene, query.near, &now->bins);
   query.TakeCorners(*gaps);
   query.MeasureNearest();
   query.MeasureCorners();
-  ChoosePlaces(scene, query.near, query.bins, query.measured, gaps, &query.candidates);
+  ChoosePlaces(scene, query.near, now->bins, now->corners, gaps, &now->candidates);
   PlaneWriter writer(scene, pair.stiffness_N_per_m, gaps, result);
-  for (const GapCandidate& candidate : query.candidates) {
+  for (const GapCandidate& candidate : now->candidates) {
     const Gaps found = query.GapsOf(candidate);
     if (found.least.is_found) writer.Add(found, static_cast<std::size_t>(candidate.slot));  // else it faces away
   }
@@ -168,7 +170,8 @@ double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core
   result->planes.clear();
   ClearTouch(scratch, result);
   if (walk.num_near == 0) return LeaveApart(touch, pair.look_ahead_m, walk.free_distance_m, gaps, result);
-  const double least_m = MeasurePlanes(GapScene(touch, parts.field, X_GS), pair, *scratch, gaps, result);
+  const double least_m =
+      MeasurePlanes(GapScene(touch, parts.field, X_GS), pair, *scratch, scratch->gaps.get(), gaps, result);
   result->signed_distance_m = std::min(least_m, pair.look_ahead_m);
   result->is_in_contact = least_m < 0.0;
   if (result->is_in_contact) IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);

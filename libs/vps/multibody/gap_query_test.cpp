@@ -20,7 +20,9 @@ struct GapEngine {
         S(*Cook(B, {0.0, num_points, Method::kFast})),
         field(*G.field),
         touch(FindTouchPoints(*S.samples, *S.surface)),
-        scratch(touch.tree) {}
+        scratch(touch.tree) {
+    scratch.gaps = std::make_unique<GapScratch>();
+  }
   const GapPlanes& Query(const core::Pose& X_AB) {
     scratch.found = WalkField(touch.tree, field, X_AB, pair.look_ahead_m, &scratch.walk);
     FinishGapPair({touch.tree, *S.surface, *G.field, *G.bends}, touch, X_AB, X_AB, pair, 0.01, &scratch, &gaps,

@@ -214,6 +214,7 @@ TouchPoints FindTouchPoints(const SampleTree& samples, const SurfaceTree& tree) 
     const PointBlock& block = touch.tree.points[i / kBlock];
     touch.places[i] = places[place_of.at({block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]})];
     touch.places[i].bin = static_cast<std::uint8_t>(DirectionBin(touch.places[i].inward));
+    touch.most_reach_m = std::max(touch.most_reach_m, static_cast<double>(touch.places[i].reach_m));
   }
   GroupPlaces(&touch);
   return touch;

@@ -39,6 +39,7 @@ struct TouchPoints {
   std::vector<std::uint32_t> group_begin;  // of each block, and the end
   const SurfaceTree* surface = nullptr;    // itself, which has to outlive this
   double spacing_m = 0.0;                  // of the samples
+  double most_reach_m = 0.0;               // of all places
   double turn_rad = 0.0;                   // the most from face to face of a round part: where no edge is sharp
 };
 

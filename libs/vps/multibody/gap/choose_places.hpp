@@ -1,7 +1,8 @@
 #pragma once
 
+#include "vps/multibody/gap/corner_gap.hpp"
 #include "vps/multibody/gap/gap_planes.hpp"
-#include "vps/multibody/gap/measured_gaps.hpp"
+#include "vps/multibody/gap/touch_bins.hpp"
 
 namespace vps {
 
@@ -26,7 +27,7 @@ using GapCandidates = core::FixedVector<GapCandidate, 5 * kNumTouchBins + kMostC
 
 // Of this cycle's places and those that have a slot, at most as many as there are slots, each with one. Slots that
 // nobody has any more are free.
-void ChoosePlaces(const GapScene& scene, const NearPlaces& near, const TouchBins& bins, const MeasuredGaps& measured,
+void ChoosePlaces(const GapScene& scene, const NearPlaces& near, const TouchBins& bins, const MeasuredCorners& corners,
                   GapPlanes* gaps, GapCandidates* candidates);
 
 }  // namespace vps

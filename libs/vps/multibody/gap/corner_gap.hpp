@@ -33,6 +33,22 @@ inline bool IsCornerOfG(std::uint32_t name) {
   return (name & kCornerOfG) != 0;
 }
 
+// A corner of G that has a gap.
+struct MeasuredCorner {
+  std::uint32_t name = 0;
+  glm::dvec3 p{0.0};
+  Gap gap;
+};
+using MeasuredCorners = core::FixedVector<MeasuredCorner, kMostCorners>;
+
+// Null: none of that name.
+inline const MeasuredCorner* FindCorner(const MeasuredCorners& corners, std::uint32_t name) {
+  for (const MeasuredCorner& corner : corners) {
+    if (corner.name == name) return &corner;
+  }
+  return nullptr;
+}
+
 // The gap between a corner of G and the face of S above it; not found if it is large, or if the corner cannot carry in
 // that direction.
 Gap MeasureCorner(const GapScene& scene, const CornersBelow::Corner& corner, FacetsAround* around);

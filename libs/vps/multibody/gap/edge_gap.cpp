@@ -62,7 +62,7 @@ class EdgePiece {
     const bool is_between = glm::dot(glm::cross(a.normal, n), e) >= 0.0 && glm::dot(glm::cross(n, b.normal), e) >= 0.0;
     if (std::abs(t) > place_.reach + kClear || !is_between) return {};
     const double height = glm::dot(t * place_.along - from_p, n);
-    return {{true, p + t * place_.along, n, height}, glm::dot(a.normal, n) > glm::dot(b.normal, n) ? a : b};
+    return {{true, p + t * place_.along, n, height}, glm::dot(a.normal, n) > glm::dot(b.normal, n) ? a : b, {}};
   }
 
  private:
@@ -75,7 +75,7 @@ class EdgePiece {
 EdgeCrossing OverEdge(const FacetsAround& around, const PlaceInG& place) {
   const EdgePiece piece(around, place);
   const std::array<NearestFacet, 3> below{piece.Below(-1.0), piece.Below(0.0), piece.Below(1.0)};
-  EdgeCrossing least;
+  EdgeCrossing least{{}, {}, below[1]};
   for (std::size_t i = 0; i < 2; ++i) {
     NearestFacet a = below[i];
     NearestFacet b = below[i + 1];
@@ -83,7 +83,8 @@ EdgeCrossing OverEdge(const FacetsAround& around, const PlaceInG& place) {
     piece.Narrow(static_cast<double>(i) - 1.0, static_cast<double>(i), &a, &b);
     const EdgeCrossing crossing = piece.Over(a, b);
     if (!crossing.gap.is_found || (least.gap.is_found && crossing.gap.height >= least.gap.height)) continue;
-    least = crossing;
+    least.gap = crossing.gap;
+    least.face = crossing.face;
   }
   return least;
 }

@@ -15,6 +15,7 @@ constexpr double kSameFace = 1e-4;
 struct EdgeCrossing {
   Gap gap;
   NearestFacet face;
+  NearestFacet below;  // the middle of S's piece of edge, also where there is no crossing
 };
 
 // Where a piece of a sharp edge of S passes over an edge of G: between two of its places that are above different faces

@@ -34,18 +34,24 @@ Gap ToFacet(const NearestFacet& facet, const PlaceInG& place) {
   return gap;
 }
 
+// What is below a place, and of an edge, where it crosses one of G.
+EdgeCrossing Below(const FacetsAround& around, const PlaceInG& place) {
+  if (place.kind == TouchPlace::Kind::kEdge) return OverEdge(around, place);
+  const double reach = place.back() + SearchReach(place.depth);
+  return {{}, {}, around.FindNearest(place.p + place.back() * place.inward, reach)};
+}
+
 // Of a place in a groove of G, from the other face than `face`. In a groove each of the two is above the other's plane:
 // the far side of a thin wall, and what is behind it, are not.
 Gap OverOtherFace(const PlaceInG& place, const Gap& least, const NearestFacet& face, FacetsAround* around) {
   constexpr double kOnPlane = kSamePlace;
   around->LeaveOut(face);
-  Gap gap;
-  if (place.kind == TouchPlace::Kind::kEdge) gap = OverEdge(*around, place).gap;
+  const EdgeCrossing other = Below(*around, place);
+  Gap gap = other.gap;
   if (!gap.is_found) {
-    const NearestFacet other =
-        around->FindNearest(place.p + place.back() * place.inward, place.back() + SearchReach(place.depth));
-    if (!other.is_found || !other.is_on_face) return {};
-    gap = {true, place.p, other.normal, glm::dot(place.p - other.place, other.normal)};
+    const NearestFacet& facet = other.below;
+    if (!facet.is_found || !facet.is_on_face) return {};
+    gap = {true, place.p, facet.normal, glm::dot(place.p - facet.place, facet.normal)};
   }
   const glm::dvec3 across = gap.OnG() - least.OnG();
   const glm::dvec3 turn = glm::cross(gap.n, least.n);
@@ -71,13 +77,11 @@ double Surroundings(const PlaceInG& place) {
 Gaps ByFacets(const GapScene& scene, const PlaceInG& place, FacetsAround* around, CornersBelow* below) {
   around->Gather(scene.field.triangles(), place.p, Surroundings(place));
   const bool is_flat = place.kind == TouchPlace::Kind::kFace;
-  Gaps gaps;
-  EdgeCrossing crossing;
-  if (place.kind == TouchPlace::Kind::kEdge) crossing = OverEdge(*around, place);
-  gaps.least = is_flat ? OverPatch(scene, *around, place) : crossing.gap;
-  const NearestFacet facet =
-      around->FindNearest(place.p + place.back() * place.inward, place.back() + SearchReach(place.depth));
+  const EdgeCrossing crossing = Below(*around, place);
+  const NearestFacet& facet = crossing.below;
   const NearestFacet& face = crossing.gap.is_found ? crossing.face : facet;
+  Gaps gaps;
+  gaps.least = is_flat ? OverPatch(scene, *around, place) : crossing.gap;
   if (!is_flat) {
     if (!facet.is_found) return gaps;
     if (!gaps.least.is_found) gaps.least = ToFacet(facet, place);

@@ -8,7 +8,6 @@
 namespace vps {
 namespace {
 
-constexpr float kPad = 1.0f + 1e-5f;   // against the rounding of floats
 constexpr std::uint32_t kSpread = 16;  // not derived
 
 // Into a list of the deepest, the first of equal ones first.
@@ -22,69 +21,70 @@ void OfferByDepth(const T& one, core::FixedVector<T, N>* list) {
   }
 }
 
-// Lane of the first of the deepest.
-std::uint32_t DeepestOf(const float* depths, unsigned lanes) {
-  auto deepest = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-  if (lanes == 0xffffU) {
-    const F4 four = Max4(Max4(Load4(depths), Load4(depths + 4)), Max4(Load4(depths + 8), Load4(depths + 12)));
-    const float most = std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
-    while (depths[deepest] != most) ++deepest;
-    return deepest;
-  }
-  for (unsigned rest = lanes & (lanes - 1); rest != 0; rest &= rest - 1) {
-    const auto k = static_cast<std::uint32_t>(__builtin_ctz(rest));
-    if (depths[k] > depths[deepest]) deepest = k;
-  }
-  return deepest;
+// What is added to four lanes to leave only those whose bit is set.
+F4 OnlyLanes(unsigned bits) {
+  constexpr float kOut = -std::numeric_limits<float>::infinity();
+  static constexpr auto kTable = [] {
+    std::array<std::array<float, 4>, 16> table{};
+    for (unsigned i = 0; i < 16; ++i) {
+      for (unsigned k = 0; k < 4; ++k) table[i][k] = (i >> k & 1U) != 0 ? 0.0f : kOut;
+    }
+    return table;
+  }();
+  return Load4(kTable[bits & 15U].data());
+}
+float MostOf(F4 four) {
+  return std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
+}
+
+float DeepestOf(const float* depths, unsigned lanes) {
+  F4 most = Load4(depths) + OnlyLanes(lanes);
+  for (unsigned k = 4; k < kBlock; k += 4) most = Max4(most, Load4(depths + k) + OnlyLanes(lanes >> k));
+  return MostOf(most);
 }
 
 TouchBin& BinOf(const TouchGroup& group, TouchBins* bins) {
-  return (*bins)[static_cast<std::size_t>(group.kind) * kNumDirectionBins + group.bin];
+  return (*bins)[TouchBinOf(group.kind, group.bin)];
 }
 
-// What none of a block's places exceeds at `at`, one way from the bin's nearest place. A place far above the nearest
-// one has a negative weight.
-float MostMerit(float at, float radius, float below) {
-  return std::max(at + radius, below * (radius - at)) * kPad;
-}
-
-// By the sphere around a block: whether none of its places is farther out than those that the bin has.
-bool HasNoOuter(const NearPlaces& near, std::uint32_t block, const Tangents& tangents, const TouchBin& bin) {
-  const SphereBlock& spheres = near.S.tree.spheres[near.S.tree.level_begin[0] + block / kBlock];
-  const std::uint32_t j = block % kBlock;
-  const glm::vec3 middle = glm::vec3(spheres.x[j], spheres.y[j], spheres.z[j]) - bin.p;
-  const float u = glm::dot(middle, tangents.u);
-  const float v = glm::dot(middle, tangents.v);
-  const float below = std::max(bin.nearest_depth / near.margin, 0.0f);
-  const float radius = spheres.r[j] * kPad;
-  return MostMerit(u, radius, below) <= bin.merits[0] && MostMerit(v, radius, below) <= bin.merits[1] &&
-         MostMerit(-u, radius, below) <= bin.merits[2] && MostMerit(-v, radius, below) <= bin.merits[3];
-}
-
-void FindOuter(const GapScene& scene, const NearPlaces& near, const TouchGroup& group, std::uint32_t block,
-               TouchBin* bin) {
+// Those of the group that are farther out than the ones that the bin has. Mostly there are none, which is found for all
+// lanes at once.
+void FindOuter(const NearPlaces& near, const TouchGroup& group, std::uint32_t block, TouchBin* bin) {
   if (bin->nearest == kNoPlace) return;
-  const Tangents& tangents = BinTangents(group.bin);
-  if (HasNoOuter(near, near.walk.near_blocks[block], tangents, *bin)) return;
+  const auto& [tangent_u, tangent_v] = BinTangents(group.bin);
+  const std::uint32_t first = near.walk.near_blocks[block] * kBlock;
+  const PointBlock& points = near.S.tree.points[first / kBlock];
+  const float* const depths = near.walk.depths(block);
+  std::array<F4, kBlock / 4> u, v;
+  F4 farther = OnlyLanes(0);
+  for (std::uint32_t i = 0; i < kBlock / 4; ++i) {
+    const F4 x = Load4(points.x + 4 * i) - bin->p.x;
+    const F4 y = Load4(points.y + 4 * i) - bin->p.y;
+    const F4 z = Load4(points.z + 4 * i) - bin->p.z;
+    const F4 weight = 1.0f - (bin->nearest_depth - Load4(depths + 4 * i)) / near.margin;
+    u[i] = weight * (x * tangent_u.x + y * tangent_u.y + z * tangent_u.z);
+    v[i] = weight * (x * tangent_v.x + y * tangent_v.y + z * tangent_v.z);
+    const F4 most =
+        Max4(Max4(u[i] - bin->merits[0], v[i] - bin->merits[1]), Max4(-u[i] - bin->merits[2], -v[i] - bin->merits[3]));
+    farther = Max4(farther, most + OnlyLanes(group.lanes >> 4 * i));
+  }
+  if (MostOf(farther) <= 0.0f) return;
   near.ForEachNear(group.lanes, block, [&](std::uint32_t point, float depth) {
-    const glm::vec3 r = scene.PointAt(point) - bin->p;
-    const float weight = 1.0f - (bin->nearest_depth - depth) / near.margin;
-    const float u = weight * glm::dot(r, tangents.u);
-    const float v = weight * glm::dot(r, tangents.v);
-    const std::array<float, 4> merits{u, v, -u, -v};
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (merits[k] <= bin->merits[k]) continue;
-      bin->merits[k] = merits[k];
-      bin->outer[k] = point;
-      bin->depths[k] = depth;
+    const std::uint32_t k = point - first;
+    const std::array<float, 4> merits{u[k / 4][k % 4], v[k / 4][k % 4], -u[k / 4][k % 4], -v[k / 4][k % 4]};
+    for (std::size_t side = 0; side < 4; ++side) {
+      if (merits[side] <= bin->merits[side]) continue;
+      bin->merits[side] = merits[side];
+      bin->outer[side] = point;
+      bin->depths[side] = depth;
     }
   });
 }
 
 // Blocks next to each other follow each other: after some from everywhere few are farther out than those before.
-void FindOuters(const GapScene& scene, const NearPlaces& near, TouchBins* bins) {
+void FindOuters(const NearPlaces& near, TouchBins* bins) {
   const auto find = [&](const TouchGroup& group, std::uint32_t block) {
-    FindOuter(scene, near, group, block, &BinOf(group, bins));
+    FindOuter(near, group, block, &BinOf(group, bins));
   };
   for (std::uint32_t i = 0; i < near.result.num_near_blocks; i += kSpread) near.ForEachGroup(i, find);
   for (std::uint32_t i = 0; i < near.result.num_near_blocks; ++i) {
@@ -109,21 +109,24 @@ void FindLikely(const GapScene& scene, const NearPlaces& near, TouchBin* bin) {
   for (const TouchBin::DeepGroup& group : bin->deep) {
     near.ForEachNear(group.lanes, group.near, [&](std::uint32_t point, float depth) {
       const float most = depth + near.S.places[point].reach_m / static_cast<float>(scene.field.voxel_size_m);
+      if (most <= -kLikelyWithin) return;
       if (bin->likely.full() && bin->likely.back().depth >= most) return;
       OfferByDepth({point, MostDepth(scene, point, depth)}, &bin->likely);
     });
   }
 }
 
-void FindDeepest(const NearPlaces& near, TouchBins* bins) {
+void FindDeepest(const GapScene& scene, const NearPlaces& near, TouchBins* bins) {
+  const float within = kLikelyWithin + static_cast<float>(near.S.most_reach_m / scene.field.voxel_size_m);
   const auto find = [&](const TouchGroup& group, std::uint32_t block) {
     const float* const depths = near.walk.depths(block);
-    const std::uint32_t at = DeepestOf(depths, group.lanes);
-    const float deepest = depths[at];
+    const float deepest = DeepestOf(depths, group.lanes);
     if (!(deepest >= -near.margin)) return;
     TouchBin& bin = BinOf(group, bins);
-    OfferByDepth({deepest, block, group.lanes}, &bin.deep);
+    if (deepest > -within) OfferByDepth({deepest, block, group.lanes}, &bin.deep);
     if (deepest <= bin.nearest_depth) return;
+    std::uint32_t at = 0;
+    while ((group.lanes >> at & 1U) == 0 || depths[at] != deepest) ++at;
     bin.nearest_depth = deepest;
     bin.nearest = near.walk.near_blocks[block] * kBlock + at;
   };
@@ -133,13 +136,14 @@ void FindDeepest(const NearPlaces& near, TouchBins* bins) {
 }  // namespace
 
 void FillBins(const GapScene& scene, const NearPlaces& near, TouchBins* bins) {
-  FindDeepest(near, bins);
+  for (TouchBin& bin : *bins) bin.Clear();
+  FindDeepest(scene, near, bins);
   for (TouchBin& bin : *bins) {
     if (bin.nearest == kNoPlace) continue;
     bin.p = scene.PointAt(bin.nearest);
     FindLikely(scene, near, &bin);
   }
-  FindOuters(scene, near, bins);
+  FindOuters(near, bins);
 }
 
 }  // namespace vps

@@ -19,6 +19,9 @@ constexpr std::size_t kMostLikely = 4;
 // Not derived, for the same reason; a piece's neighbours along its edge are in its block or in one next to it.
 constexpr std::size_t kMostDeep = 8;
 
+// What is farther by the field is not measured to find the nearest, voxels.
+constexpr float kLikelyWithin = kMostFieldError + kUsualFieldError;
+
 // A direction of S's surface: its nearest place, and those that are far from it on four sides without being much
 // farther away. Depths are by the field, in voxels.
 struct TouchBin {
@@ -33,6 +36,11 @@ struct TouchBin {
     std::uint32_t near = 0;  // of the walk's near blocks
     std::uint16_t lanes = 0;
   };
+  // A place whose gaps are known in this cycle.
+  struct Measured {
+    std::uint32_t point = kNoPlace;
+    Gaps gaps;
+  };
 
   std::uint32_t nearest = kNoPlace;
   float nearest_depth = -std::numeric_limits<float>::infinity();
@@ -43,11 +51,26 @@ struct TouchBin {
   core::FixedVector<DeepGroup, kMostDeep> deep;
   // Those that can be nearest somewhere along their piece of edge, the likeliest first.
   core::FixedVector<Likely, kMostLikely> likely;
+  core::FixedVector<Measured, kMostLikely> measured;
+
+  void Clear() {
+    nearest = kNoPlace;
+    nearest_depth = -std::numeric_limits<float>::infinity();
+    outer.fill(kNoPlace);
+    merits.fill(0.0f);
+    deep.clear();
+    likely.clear();
+    measured.clear();
+  }
 };
 
 using TouchBins = std::array<TouchBin, kNumTouchBins>;
 
-// Sorts the near places into empty bins.
+inline std::size_t TouchBinOf(TouchPlace::Kind kind, std::uint8_t direction) {
+  return static_cast<std::size_t>(kind) * kNumDirectionBins + direction;
+}
+
+// Sorts the near places into the bins.
 void FillBins(const GapScene& scene, const NearPlaces& near, TouchBins* bins);
 
 }  // namespace vps
