@@ -153,10 +153,9 @@ void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers,
 }
 
 // FieldBends::inner_errors of a brick: against the triangles, at four places of each coarse cell. With a distance of
-// 1 / sqrt(12) of its edge from the middle along each axis these have the second moments of the cell. Where the band
-// ends only a part of a cell is coarse; if none of those places is in such a part, all of the brick's voxels are tried.
-// To compare neighbouring cells would not do: where the depth bends smoothly both are off by the same at their common
-// face.
+// 1 / sqrt(12) of its edge from the middle along each axis these have the second moments of the cell. If none of those
+// places is so deep, as where a part is little thicker than the band, all of the brick's voxels are tried. To compare
+// neighbouring cells would not do: where the depth bends smoothly both are off by the same at their common face.
 float InnerError(const DistanceField& field, const glm::ivec3& brick) {
   constexpr float kFromMiddle = 0.2887f;
   constexpr glm::vec3 kPlaces[] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
@@ -166,7 +165,7 @@ float InnerError(const DistanceField& field, const glm::ivec3& brick) {
   int count = 0;
   const auto measure = [&](const glm::vec3& p) {
     const FieldSample at = SampleField(field, p);
-    if (at.cell == 1.0f || at.distance > 0.0f) return;
+    if (at.distance > -kDeepestExact) return;
     const double reach = static_cast<double>(std::abs(at.distance) + 2.0f * length);
     const NearestFacet nearest = FindNearestFacet(field.triangles(), glm::dvec3(p), reach);
     if (!nearest.is_found) return;

@@ -26,7 +26,8 @@ struct FieldBends {
   // Four words each: mean xx and yy, zz and xy, xz and yz, most and -least, the lower half first.
   std::vector<std::uint32_t> words;
   std::vector<float> brick_errors;  // the field's error at the surface in each brick, voxels
-  // That of coarse cells inside, which are linear each, against the triangles: r.m.s. over the brick, voxels.
+  // That of places deeper than kDeepestExact, most of them in coarse cells, against the triangles: r.m.s. over the
+  // brick, voxels.
   std::vector<float> inner_errors;
 };
 

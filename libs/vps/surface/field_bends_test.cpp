@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "vps/field/build_field.hpp"
+#include "vps/surface/patch_block.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {
 
-// Per brick of the field of a plate: the r.m.s. of field minus exact depth over places of coarse cells inside. Deep
+// Per brick of the field of a plate: the r.m.s. of field minus exact depth over places deeper than kDeepestExact. Deep
 // inside a plate the depth is half its thickness less the distance from its middle plane.
 std::vector<float> ErrorsInPlate(const DistanceField& field, double half_m) {
   const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
@@ -23,7 +24,7 @@ std::vector<float> ErrorsInPlate(const DistanceField& field, double half_m) {
     for (int place = 0; place < 512; ++place) {
       const glm::vec3 p = glm::vec3(first + glm::ivec3(place & 7, place >> 3 & 7, place >> 6)) + 0.5f;
       const FieldSample at = SampleField(field, p);
-      if (at.cell == 1.0f || at.distance > 0.0f) continue;
+      if (at.distance > -kDeepestExact) continue;
       const double z_m = static_cast<double>(p.z) * field.voxel_size_m + field.origin_m.z;
       const double depth = (half_m - std::abs(z_m)) / field.voxel_size_m;
       const float off = -at.distance - static_cast<float>(depth);
@@ -37,7 +38,7 @@ std::vector<float> ErrorsInPlate(const DistanceField& field, double half_m) {
 
 // The plate is little thicker than the band on both sides: its coarse cells are coarse in part only, and their middles
 // need not be.
-TEST(FieldBends, KnowTheErrorOfCoarseCellsWhereverTheBandEnds) {
+TEST(FieldBends, KnowTheErrorOfDeepPlacesWhereverTheBandEnds) {
   constexpr double kVoxel_m = 1e-3;
   int num_wrong = 0;
   for (const double thickness : {6.6, 7.0, 7.4, 7.8, 8.2, 9.0, 10.0}) {
