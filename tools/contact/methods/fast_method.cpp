@@ -60,7 +60,7 @@ class FastMethod : public Method {
   }
 
  private:
-  // Where moreover the surfaces do not meet, there is no contact to integrate: their triangles tell so in less time
+  // Where moreover the surfaces do not meet, there is no contact to integrate. Their triangles prove that in less time
   // than SurfaceWalk takes to read A's field closely wherever B is near.
   [[nodiscard]] bool IsNoPartInside(const core::Pose& X_AB) const {
     const vps::FieldTransform T(X_AB, *A_->field);
