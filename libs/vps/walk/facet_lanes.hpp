@@ -68,7 +68,7 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     const I is_line = (I)(height < kLine * longest) | (I)(height < kLeastHeight);
     const Vec3 upright = Times(across, 1.0f / cy);
     const Vec3 turned = AnyAcross(u);
-    const Vec3 v{is_line ? turned.x : upright.x, is_line ? turned.y : upright.y, is_line ? turned.z : upright.z};
+    const Vec3 v = Pick(is_line, turned, upright);
     const Vec3 n = Cross(u, v);
     // Around all corners: the middle of the triangle's box in its own plane.
     const F low = Min(cx, F{});
@@ -76,18 +76,10 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
     const F mx = 0.5f * (low + high);
     const F my = 0.5f * cy;
     const F half = 0.5f * (high - low);
-    StoreF(out->ax + at, a.x);
-    StoreF(out->ay + at, a.y);
-    StoreF(out->az + at, a.z);
-    StoreF(out->ux + at, u.x);
-    StoreF(out->uy + at, u.y);
-    StoreF(out->uz + at, u.z);
-    StoreF(out->vx + at, v.x);
-    StoreF(out->vy + at, v.y);
-    StoreF(out->vz + at, v.z);
-    StoreF(out->nx + at, n.x);
-    StoreF(out->ny + at, n.y);
-    StoreF(out->nz + at, n.z);
+    Store(a, out->ax + at, out->ay + at, out->az + at);
+    Store(u, out->ux + at, out->uy + at, out->uz + at);
+    Store(v, out->vx + at, out->vy + at, out->vz + at);
+    Store(n, out->nx + at, out->ny + at, out->nz + at);
     StoreF(out->b + at, b);
     StoreF(out->cx + at, cx);
     StoreF(out->cy + at, cy);
@@ -268,9 +260,8 @@ inline void FindTarget(const WalkInput& in, const FacetPoints& points, FacetTarg
   for (int j = 0; j < kParts; ++j) {
     const int at = j * kLanes;
     to->p[j] = ToVoxels(in, LoadF(points.x + at), LoadF(points.y + at), LoadF(points.z + at));
-    StoreF(at_axis[0] + at, to->p[j].x);
-    StoreF(at_axis[1] + at, to->p[j].y);
-    StoreF(at_axis[2] + at, to->p[j].z);
+    Store(to->p[j], at_axis[0] + at, at_axis[1] + at, at_axis[2] + at);
+    to->squared[j] = Fill(kUnmet);
   }
   for (int i = 0; i < 3; ++i) to->c[i] = 0.5f * (LeastOf(at_axis[i]) + MostOf(at_axis[i]));
   alignas(64) float squared[kBlock];
@@ -281,11 +272,11 @@ inline void FindTarget(const WalkInput& in, const FacetPoints& points, FacetTarg
   to->r = Sqrt(Fill(MostOf(squared)))[0];
 }
 
-// Initial search radius of the points of `lanes`: |depth by the field| + slack.
-inline void StartFacets(const FacetPoints& points, float slack, const I* lanes, FacetTarget* to) {
+// Initial search radius of the points that have met no triangle: |depth by the field| + slack.
+inline void StartFacets(const FacetPoints& points, float slack, FacetTarget* to) {
   for (int j = 0; j < kParts; ++j) {
     const F reach = Abs(LoadF(points.depth + j * kLanes)) + slack;
-    to->key[j] = lanes[j] ? reach * reach : F{};
+    to->key[j] = to->squared[j] == kUnmet ? reach * reach : F{};
   }
 }
 
@@ -330,52 +321,35 @@ inline bool MeetFacets(const WalkInput& in, FacetScratch* scratch, FacetTarget* 
   return true;
 }
 
-inline void StoreGradient(const Vec3& away, F scale, int at, FacetPoints* points) {
-  StoreF(points->gx + at, away.x * scale);
-  StoreF(points->gy + at, away.y * scale);
-  StoreF(points->gz + at, away.z * scale);
-}
-
 // First with little slack, enough for most points: few triangles are within it.
 void MeasureFacets(const WalkInput& in, FacetPoints* points, std::uint32_t count, FacetScratch* scratch) {
   for (std::uint32_t k = 0; k < kFacetSlots; ++k) scratch->block[k] = 0xffffffffU;
   scratch->near.reach = 0.0f;
   for (std::uint32_t i = 0; i < count; ++i) {
-    FacetTarget target;
+    FacetTarget target{};
     FindTarget(in, points[i], &target);
-    I is_open[kParts];
-    for (int j = 0; j < kParts; ++j) {
-      target.squared[j] = Fill(kUnmet);
-      target.height[j] = F{};
-      target.away[j] = {F{}, F{}, F{}};
-      target.is_beside[j] = I{};
-      is_open[j] = ~I{};
-    }
     bool is_found = true;
     for (const float slack : {kUsualFieldError, kMostFieldError}) {
-      StartFacets(points[i], slack, is_open, &target);
+      StartFacets(points[i], slack, &target);
       is_found = is_found && MeetFacets(in, scratch, &target);
       unsigned open = 0;
-      for (int j = 0; j < kParts; ++j) {
-        is_open[j] = target.squared[j] == kUnmet;
-        open |= Bits(is_open[j]);
-      }
+      for (const F& squared : target.squared) open |= Bits((I)(squared == kUnmet));
       if (open == 0) break;
     }
     if (!is_found) {
-      for (int j = 0; j < kParts; ++j) StoreGradient({F{}, F{}, F{}}, F{}, j * kLanes, &points[i]);
-      continue;
+      for (F& squared : target.squared) squared = Fill(kUnmet);
     }
     for (int j = 0; j < kParts; ++j) {
+      const int at = j * kLanes;
       // Nearer than rounding the way has no direction.
       const F size = Length(target.away[j]);
       const F side = (target.is_beside[j] & (I)(target.height[j] < 0.0f)) ? Fill(-1.0f) : Fill(1.0f);
       const I is_known = (I)(target.squared[j] >= 0.0f) & (I)(size > 1e-4f);
-      StoreGradient(target.away[j], is_known ? side / size : F{}, j * kLanes, &points[i]);
+      Store(Times(target.away[j], is_known ? side / size : F{}), points[i].gx + at, points[i].gy + at,
+            points[i].gz + at);
       const F distance = Sqrt(Max(target.squared[j], F{}));
       const F depth = target.height[j] < 0.0f ? distance : -distance;
-      const F before = LoadF(points[i].depth + j * kLanes);
-      StoreF(points[i].depth + j * kLanes, target.squared[j] < 0.0f ? before : depth);
+      StoreF(points[i].depth + at, target.squared[j] < 0.0f ? LoadF(points[i].depth + at) : depth);
     }
   }
 }

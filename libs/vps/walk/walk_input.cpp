@@ -4,12 +4,10 @@
 
 namespace vps {
 
-WalkKernels KernelsOf(InstructionSet set) {
+WalkKernels KernelsOf([[maybe_unused]] InstructionSet set) {
 #if defined(__x86_64__)
   if (set == InstructionSet::kAvx512) return Avx512WalkKernels();
   if (set == InstructionSet::kAvx2) return Avx2WalkKernels();
-#else
-  static_cast<void>(set);
 #endif
   return PortableWalkKernels();
 }

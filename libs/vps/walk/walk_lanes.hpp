@@ -51,6 +51,11 @@ inline U LaneNumbers() {
 struct Vec3 {
   F x, y, z;
 };
+inline void Store(const Vec3& v, float* x, float* y, float* z) {
+  StoreF(x, v.x);
+  StoreF(y, v.y);
+  StoreF(z, v.z);
+}
 
 inline Vec3 ToVoxels(const WalkInput& in, F x, F y, F z) {
   return {Fma(Fill(in.m[0][0]), x, Fma(Fill(in.m[0][1]), y, Fma(Fill(in.m[0][2]), z, Fill(in.t[0])))),

@@ -26,19 +26,15 @@ inline void AddDepth(const PointBlock& block, int j, F depth, Sums* sums) {
   const int at = j * kLanes;
   const F area = depth > 0.0f ? LoadF(block.area_m2 + at) : F{};
   const F volume = area * depth;
-  const F fx = volume * LoadF(block.nx + at);
-  const F fy = volume * LoadF(block.ny + at);
-  const F fz = volume * LoadF(block.nz + at);
+  const Vec3 f = Times({LoadF(block.nx + at), LoadF(block.ny + at), LoadF(block.nz + at)}, volume);
   // Lanes without area may be the fillers far away: 0 times their place is 0.
-  const F x = LoadF(block.x + at);
-  const F y = LoadF(block.y + at);
-  const F z = LoadF(block.z + at);
-  (*sums)[WalkChunk::kFx][j] += fx;
-  (*sums)[WalkChunk::kFy][j] += fy;
-  (*sums)[WalkChunk::kFz][j] += fz;
-  (*sums)[WalkChunk::kMx][j] += Fma(y, fz, -(z * fy));
-  (*sums)[WalkChunk::kMy][j] += Fma(z, fx, -(x * fz));
-  (*sums)[WalkChunk::kMz][j] += Fma(x, fy, -(y * fx));
+  const Vec3 m = Cross({LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at)}, f);
+  (*sums)[WalkChunk::kFx][j] += f.x;
+  (*sums)[WalkChunk::kFy][j] += f.y;
+  (*sums)[WalkChunk::kFz][j] += f.z;
+  (*sums)[WalkChunk::kMx][j] += m.x;
+  (*sums)[WalkChunk::kMy][j] += m.y;
+  (*sums)[WalkChunk::kMz][j] += m.z;
   (*sums)[WalkChunk::kVolume][j] += volume;
   (*sums)[WalkChunk::kSquare][j] = Fma(volume, depth, (*sums)[WalkChunk::kSquare][j]);
 }
@@ -82,9 +78,7 @@ inline void FindPlaces(const WalkInput in, const std::uint32_t* blocks, std::uin
     const std::uint32_t at = i % kBlock;
     const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
     const Voxel voxel = FindVoxel(in, ClampToGrid(in, p));
-    StoreF(to->x + i, p.x);
-    StoreF(to->y + i, p.y);
-    StoreF(to->z + i, p.z);
+    Store(p, to->x + i, to->y + i, to->z + i);
     StoreU(to->brick + i, voxel.brick);
     StoreU(to->word + i, voxel.in_brick);
   }
