@@ -38,9 +38,7 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
     const std::size_t lane = i % kBlock;
     if (i >= n) {
       block.x[lane] = SampleTree::kFarAway_m;
-      block.y[lane] = block.z[lane] = 0.0f;
       block.nx[lane] = 1.0f;
-      block.ny[lane] = block.nz[lane] = block.area_m2[lane] = 0.0f;
       continue;
     }
     const glm::vec3 p(samples.points_m[order[i]]);
@@ -76,11 +74,9 @@ core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, st
   if (!sampling_bytes) return tl::unexpected(sampling_bytes.error());
   // Each sphere block holds sixteen blocks of points, and the levels above a fifteenth of that.
   constexpr double kBlockBytes = sizeof(PointBlock) + sizeof(SphereBlock) * (1.0 / kBlock) * (1.0 + 1.0 / 15.0);
-  const auto tree_bytes = [&](std::uint32_t n) {
-    return kBlockBytes * std::ceil(static_cast<double>(n) / kBlock) + sizeof(SphereBlock) * SampleTree::kMaxLevels;
-  };
+  const double num_blocks = std::ceil(static_cast<double>(num_points) / kBlock);
   SampleTreeEstimate estimate;
-  estimate.stored_bytes = tree_bytes(num_points);
+  estimate.stored_bytes = kBlockBytes * num_blocks + sizeof(SphereBlock) * SampleTree::kMaxLevels;
   estimate.peak_bytes = *sampling_bytes + estimate.stored_bytes;
   return estimate;
 }

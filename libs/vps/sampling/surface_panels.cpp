@@ -28,8 +28,9 @@ void ForPanels(const TriangleMesh& mesh, std::size_t block, double longest_m, co
   }
 }
 
-// The first panel of each block, and at last their number.
-std::vector<std::size_t> CountBlocks(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers) {
+}  // namespace
+
+std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers) {
   const std::size_t num_blocks = (mesh.triangles.size() + kTrianglesOfBlock - 1) / kTrianglesOfBlock;
   std::vector<std::size_t> begins(num_blocks + 1, 0);
   core::ForEach(workers, num_blocks, [&](std::size_t block) {
@@ -39,14 +40,8 @@ std::vector<std::size_t> CountBlocks(const TriangleMesh& mesh, double longest_m,
   return begins;
 }
 
-}  // namespace
-
-std::size_t CountPanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers) {
-  return CountBlocks(mesh, longest_m, workers).back();
-}
-
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers) {
-  const std::vector<std::size_t> begins = CountBlocks(mesh, longest_m, workers);
+  const std::vector<std::size_t> begins = CountPanels(mesh, longest_m, workers);
   std::vector<SurfacePanel> panels(begins.back());
   core::ForEach(workers, begins.size() - 1, [&](std::size_t block) {
     std::size_t at = begins[block];

@@ -21,7 +21,7 @@ struct SurfacePanel {
 // so that sums over panels are. Triangles without area are left out.
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers = nullptr);
 
-// Their number, without storing them.
-std::size_t CountPanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers = nullptr);
+// The number of the first panel of each block of triangles, and at last of all panels, without storing them.
+std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

@@ -76,7 +76,7 @@ core::Result<double> Spacing_m(const TriangleMesh& mesh, std::uint32_t num_point
 core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points, core::ParallelFor* workers) {
   const auto spacing_m = Spacing_m(mesh, num_points);
   if (!spacing_m) return tl::unexpected(spacing_m.error());
-  const std::size_t num_panels = CountPanels(mesh, kPanelSize * *spacing_m, workers);
+  const std::size_t num_panels = CountPanels(mesh, kPanelSize * *spacing_m, workers).back();
   // A panel and its owner; of a point its candidates with their heap and grid, before there are panels.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + sizeof(std::uint32_t);
   constexpr double kBytesPerPoint = 500.0;

@@ -131,7 +131,7 @@ TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
     const double area_m2 = SurfaceArea_m2(mesh);
     const double longest_m = 0.6 * std::sqrt(area_m2 / 65536);
     const std::vector<SurfacePanel> panels = MakePanels(mesh, longest_m);
-    EXPECT_EQ(CountPanels(mesh, longest_m), panels.size());
+    EXPECT_EQ(CountPanels(mesh, longest_m).back(), panels.size());
     double sum_m2 = 0.0;
     double height = 0.0;
     for (const SurfacePanel& panel : panels) {

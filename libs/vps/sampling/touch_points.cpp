@@ -198,23 +198,17 @@ TouchPoints FindTouchPoints(const SampleTree& samples, const SurfaceTree& tree) 
   const std::size_t num_others = surface.points_m.size() - num_faces;
   const double share_m2 = std::max(rest_m2, 1e-6 * samples.area_m2) / static_cast<double>(std::max(num_others, 1UL));
   surface.areas_m2.resize(surface.points_m.size(), share_m2);
-  std::map<Key, std::size_t> place_of;
-  for (std::size_t i = 0; i < surface.points_m.size(); ++i) {
-    surface.inward_normals.emplace_back(places[i].inward);
-    place_of[KeyOf(glm::vec3(surface.points_m[i]))] = i;
-  }
+  for (const TouchPlace& place : places) surface.inward_normals.emplace_back(place.inward);
   TouchPoints touch;
   touch.tree = BuildSampleTree(surface);
   touch.tree.area_m2 = samples.area_m2;
   touch.surface = &tree;
   touch.spacing_m = spacing_m;
   touch.turn_rad = faces.Turn_rad();
-  touch.places.resize(touch.tree.num_points);
-  for (std::size_t i = 0; i < touch.tree.num_points; ++i) {
-    const PointBlock& block = touch.tree.points[i / kBlock];
-    touch.places[i] = places[place_of.at({block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]})];
-    touch.places[i].bin = static_cast<std::uint8_t>(DirectionBin(touch.places[i].inward));
-    touch.most_reach_m = std::max(touch.most_reach_m, static_cast<double>(touch.places[i].reach_m));
+  for (const std::uint32_t i : OrderInRuns(surface.points_m)) {  // as the tree's points
+    TouchPlace& place = touch.places.emplace_back(places[i]);
+    place.bin = static_cast<std::uint8_t>(DirectionBin(place.inward));
+    touch.most_reach_m = std::max(touch.most_reach_m, static_cast<double>(place.reach_m));
   }
   GroupPlaces(&touch);
   return touch;
