@@ -108,7 +108,6 @@ struct CollisionWorld::Impl {
   void Sort(std::size_t i);
   [[nodiscard]] bool IsTimeUp(std::size_t slot) const;
   [[nodiscard]] double LookAhead_m(const PairDescription& pair) const;
-  [[nodiscard]] PairDescription DescriptionNow(const PairEntry& pair) const;
   void TestPaper(std::size_t slot);
   void PrepareFast(std::size_t slot);
   void EvaluateFast(std::size_t index);
@@ -319,17 +318,12 @@ double CollisionWorld::Impl::LookAhead_m(const PairDescription& pair) const {
   return pair.look_ahead_m * (covered_m <= pair.look_ahead_m ? 1.0 : covered_m <= 2.0 * pair.look_ahead_m ? 2.0 : 4.0);
 }
 
-PairDescription CollisionWorld::Impl::DescriptionNow(const PairEntry& pair) const {
-  PairDescription d = pair.description;
-  d.look_ahead_m = LookAhead_m(d);
-  return d;
-}
-
 void CollisionWorld::Impl::TestPaper(std::size_t slot) {
   PairEntry& pair = pairs[due[first_due + slot]];
   pair.is_late = IsTimeUp(slot);
   if (pair.is_late) return;
-  const PairDescription d = DescriptionNow(pair);
+  PairDescription d = pair.description;
+  d.look_ahead_m = LookAhead_m(d);
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   pair.X_GS = schedule.X_WO(d.field).inverse() * X_WS;
   pair.free_m = QueryPair(*objects[d.sampled]->points, *objects[d.field]->voxmap, X_WS, pair.X_GS, d, rho, alpha,
@@ -342,7 +336,7 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   num_chunks[slot] = 0;
   fates[slot].store(IsTimeUp(slot) ? Fate::kLate : Fate::kOpen, std::memory_order_relaxed);
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
-  const PairDescription d = DescriptionNow(pair);
+  const PairDescription& d = pair.description;
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
   fast_scratch[slot].walk.memory = &pair.walk_memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
@@ -370,7 +364,7 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   PairEntry& pair = pairs[due[first_due + slot]];
   pair.is_late = fates[slot].load(std::memory_order_relaxed) == Fate::kLate;
   if (pair.is_late) return;
-  const PairDescription d = DescriptionNow(pair);
+  const PairDescription& d = pair.description;
   const CookedObject& S = *objects[d.sampled];
   const CookedObject& G = *objects[d.field];
   const FastPair parts = pair.touch != nullptr ? FastPair{pair.touch->tree, *S.surface, *G.field, *G.bends}

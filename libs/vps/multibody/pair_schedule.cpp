@@ -112,11 +112,8 @@ void PairSchedule::ShareOut(std::size_t index, double free_distance_m) {
 }
 
 void PairSchedule::Rest(std::size_t index, double free_m) {
-  Pair& pair = pairs_[index];
-  pair.free_m = free_m;
-  pair.travel_m = objects_[pair.a].travel_m + objects_[pair.b].travel_m;
-  held_.Clear(index);
-  woken_.Clear(index);
+  Stop(index);
+  pairs_[index].free_m = free_m;
   ShareOut(index, free_m);
 }
 

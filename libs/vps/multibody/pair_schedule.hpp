@@ -59,8 +59,6 @@ class PairSchedule {
   }
   [[nodiscard]] std::uint32_t a(std::size_t pair) const { return pairs_[pair].a; }
   [[nodiscard]] std::uint32_t b(std::size_t pair) const { return pairs_[pair].b; }
-  [[nodiscard]] std::size_t num_objects() const { return objects_.size(); }
-  [[nodiscard]] std::size_t num_pairs() const { return pairs_.size(); }
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
