@@ -1,25 +1,14 @@
 #pragma once
 
-#include <cstring>
+#include <cstdint>
 
+#include "vps/field/four_lanes.hpp"
 #include "vps/force/reduce_patches.hpp"
 #include "vps/sampling/point_block.hpp"
 
 namespace vps {
 
-// Four lanes.
-using F4 = float __attribute__((vector_size(16)));
 using I4 = std::int32_t __attribute__((vector_size(16)));
-
-inline F4 LoadF4(const float* from) {
-  F4 lanes;
-  std::memcpy(&lanes, from, sizeof lanes);
-  return lanes;
-}
-
-inline void StoreF4(float* to, const F4& lanes) {
-  std::memcpy(to, &lanes, sizeof lanes);
-}
 
 inline float SumOfLanes(const F4& lanes) {
   return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
@@ -31,11 +20,11 @@ class BlockSums {
  public:
   void Add(const PointBlock& block, const float* depths, float voxel_m) {
     for (std::uint32_t k = 0; k < kBlock; k += 4) {
-      const F4 d = LoadF4(depths + k);
+      const F4 d = Load4(depths + k);
       const F4 depth_m = (d > 0.0f ? d : F4{}) * voxel_m;
-      const F4 volume = LoadF4(block.area_m2 + k) * depth_m;  // places without a point have no area
-      const F4 p[3] = {LoadF4(block.x + k), LoadF4(block.y + k), LoadF4(block.z + k)};
-      const F4 f[3] = {volume * LoadF4(block.nx + k), volume * LoadF4(block.ny + k), volume * LoadF4(block.nz + k)};
+      const F4 volume = Load4(block.area_m2 + k) * depth_m;  // places without a point have no area
+      const F4 p[3] = {Load4(block.x + k), Load4(block.y + k), Load4(block.z + k)};
+      const F4 f[3] = {volume * Load4(block.nx + k), volume * Load4(block.ny + k), volume * Load4(block.nz + k)};
       for (int i = 0; i < 3; ++i) {
         force_[i] += f[i];
         moment_[i] += p[(i + 1) % 3] * f[(i + 2) % 3] - p[(i + 2) % 3] * f[(i + 1) % 3];
@@ -61,10 +50,10 @@ class BlockSums {
 };
 
 inline std::uint32_t FindDeepest(const float* depths) {
-  F4 deepest = LoadF4(depths);
+  F4 deepest = Load4(depths);
   I4 at = {0, 1, 2, 3};
   for (std::int32_t k = 4; k < static_cast<std::int32_t>(kBlock); k += 4) {
-    const F4 d = LoadF4(depths + k);
+    const F4 d = Load4(depths + k);
     const I4 lanes = {k, k + 1, k + 2, k + 3};
     at = d > deepest ? lanes : at;
     deepest = d > deepest ? d : deepest;
