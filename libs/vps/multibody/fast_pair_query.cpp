@@ -142,7 +142,8 @@ const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_G
   if (memory == nullptr) return run(goal, nullptr);
   const SampleTree& samples = parts.samples;
   if (memory->apart_m > 0.0) {
-    const double moved_m = MotionBound(memory->X_GS, X_GS, samples.centre_m, samples.radius_m);
+    const core::Pose& before = memory->X_GS;
+    const double moved_m = MotionBound(before, before * samples.centre_m, X_GS, samples.centre_m, samples.radius_m);
     if (moved_m < memory->apart_m) return scratch->surface.ClearResult();
     memory->apart_m = 0.0;
   }

@@ -127,13 +127,6 @@ std::uint32_t FieldWalkScratch::Prepare(const SampleTree& sampled, const Distanc
   return num_chunks_;
 }
 
-FieldWalkResult FieldWalkScratch::Apart(double free_distance) {
-  result_.free_distance_m = std::max(0.0, free_distance * voxel_size_m_);
-  // Without a sphere tested the memory still holds.
-  if (memory != nullptr && result_.spheres_tested > 0) memory->free_m = result_.free_distance_m;
-  return result_;
-}
-
 FieldWalkResult FieldWalkScratch::Finish() {
   float least = kBeyondBand;
   float deepest = -1e30f;
@@ -161,7 +154,11 @@ FieldWalkResult FieldWalkScratch::Finish() {
   }
   if (result_.num_near == 0) {
     const double of_points = static_cast<double>(least - input_.margin);
-    return Apart(num_chunks_ == 0 ? free_distance_ : std::min(free_distance_, of_points));
+    const double free_distance = num_chunks_ == 0 ? free_distance_ : std::min(free_distance_, of_points);
+    result_.free_distance_m = std::max(0.0, free_distance * voxel_size_m_);
+    // Without a sphere tested the memory still holds.
+    if (memory != nullptr && result_.spheres_tested > 0) memory->free_m = result_.free_distance_m;
+    return result_;
   }
   const double s = voxel_size_m_;
   const auto sum = [&](WalkChunk::Sum of) { return std::accumulate(lanes[of], lanes[of] + kBlock, 0.0); };

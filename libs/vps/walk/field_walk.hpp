@@ -81,7 +81,6 @@ class FieldWalkScratch {
   };
   void FindBlocks(float* estimates = nullptr);
   void PickDeepest(std::uint32_t most_blocks);
-  [[nodiscard]] FieldWalkResult Apart(double free_distance);
 
   std::vector<std::uint32_t> queue_;
   std::vector<float> estimates_;       // of the blocks found: least distances, voxels

@@ -101,7 +101,7 @@ TEST(WalkMemory, NoPointMovesFartherThanTheMotionBound) {
     const core::Pose before = Moved({}, Vector(random), 3.0 * Vector(random));
     const core::Pose now = Moved(before, size * (i % 3 == 0 ? 0.0 : 1.0) * Vector(random), size * Vector(random));
     const glm::dvec3 centre = 0.2 * Vector(random);
-    const double bound = MotionBound(before, now, centre, 0.1);
+    const double bound = MotionBound(before, before * centre, now, centre, 0.1);
     for (int k = 0; k < 20; ++k) {
       const glm::dvec3 p = centre + 0.1 * glm::normalize(Vector(random));
       const double moved = glm::length(now * p - before * p);
