@@ -98,17 +98,6 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
   return count;
 }
 
-// Returns free_m: nothing of S comes within the margin while it moves no farther.
-double SetApart(double free_m, double margin_m, const SampleTree& sampled, FastPairScratch* scratch,
-                PairResult* result) {
-  ClearTouch(scratch, result);
-  if (scratch->memory != nullptr) scratch->memory->coarseness = 0;
-  result->is_in_contact = false;
-  result->planes.clear();
-  result->signed_distance_m = std::max(0.0, margin_m + free_m - sampled.reach_m);
-  return free_m;
-}
-
 // The deepest place: of the samples, or of what was integrated.
 struct Deepest {
   double depth_m = 0.0;
@@ -333,10 +322,19 @@ void ClearTouch(FastPairScratch* scratch, PairResult* result) {
   result->force_error_N = 0.0;
 }
 
+double SetApart(double free_m, double margin_m, const SampleTree& sampled, FastPairScratch* scratch,
+                PairResult* result) {
+  ClearTouch(scratch, result);
+  if (scratch->memory != nullptr) scratch->memory->coarseness = 0;
+  result->is_in_contact = false;
+  result->planes.clear();
+  result->signed_distance_m = std::max(0.0, margin_m + free_m - sampled.reach_m);
+  return free_m;
+}
+
 void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS, const PairDescription& pair,
                     double rho, FastPairScratch* scratch, PairResult* result) {
   ClearTouch(scratch, result);
-  const double area_m2 = parts.samples.area_m2;
   const FieldWalkResult& walk = scratch->found;
   SurfaceGoal goal;
   goal.accuracy = pair.accuracy;
@@ -362,7 +360,7 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   }
   const double wanted_m3 = std::max(goal.negligible_m3, goal.accuracy * touch.volume_m3);
   scratch->is_cut_short |= !surface.is_accurate && touch.error_m3 > wanted_m3;
-  const double scale = AreaScale(touch.volume_m3, touch.square_m4, area_m2, rho);
+  const double scale = AreaScale(touch.volume_m3, touch.square_m4, parts.samples.area_m2, rho);
   result->f_So_S = scale * PenetrationSum{touch.force_m3, touch.moment_m4};
   result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
   result->force_error_N = pair.stiffness_N_per_m * scale * touch.error_m3;
@@ -382,9 +380,7 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
     const std::uint32_t finer_by_one = parts.coarseness - 1;
     const FastPair finer = {
         parts.sampled->SamplesAt(finer_by_one), parts.surface, parts.field, parts.bends, parts.sampled, finer_by_one};
-    const double margin_m = WalkMargin_m(finer.samples, pair.look_ahead_m);
-    scratch->found = WalkField(finer.samples, finer.field, X_GS, margin_m, &scratch->walk);
-    return FinishFastPair(finer, X_WS, X_GS, pair, rho, scratch, result);
+    return QueryFastPair(finer, X_WS, X_GS, pair, rho, scratch, result);
   }
   IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);
   const TouchIntegral& touch = scratch->touch;

@@ -51,7 +51,7 @@ struct FastPairScratch {
   SurfaceWalk surface;
   std::vector<ContactPatch> patches;
   std::unique_ptr<GapScratch> gaps;  // FinishGapPair needs it
-  TouchMemory* memory = nullptr;  // null: each query starts anew
+  TouchMemory* memory = nullptr;     // null: each query starts anew
   std::uint32_t most_points = 0;  // budget of the whole query, in points of the walk; 0: the pair's most_places alone
   // Of the last query.
   TouchIntegral touch;
@@ -97,5 +97,8 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
                     double rho, FastPairScratch* scratch, PairResult* result);
 // The same where nothing is near.
 void ClearTouch(FastPairScratch* scratch, PairResult* result);
+// The result of a pair that is apart. Returns free_m: nothing of S comes within the margin while it moves no farther.
+double SetApart(double free_m, double margin_m, const SampleTree& sampled, FastPairScratch* scratch,
+                PairResult* result);
 
 }  // namespace vps

@@ -151,14 +151,6 @@ double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const F
   return writer.least_m();
 }
 
-double LeaveApart(const TouchPoints& S, double look_ahead_m, double free_distance_m, GapPlanes* gaps,
-                  PairResult* result) {
-  gaps->Clear();
-  result->is_in_contact = false;
-  result->signed_distance_m = std::max(0.0, look_ahead_m + free_distance_m - S.tree.reach_m);
-  return free_distance_m;
-}
-
 }  // namespace
 
 double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core::Pose& X_WS, const core::Pose& X_GS,
@@ -166,10 +158,13 @@ double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core
                      PairResult* result) {
   const FieldWalkResult& walk = scratch->found;
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
+  if (walk.num_near == 0) {
+    gaps->Clear();
+    return SetApart(walk.free_distance_m, pair.look_ahead_m, touch.tree, scratch, result);
+  }
   gaps->planes.clear();
   result->planes.clear();
   ClearTouch(scratch, result);
-  if (walk.num_near == 0) return LeaveApart(touch, pair.look_ahead_m, walk.free_distance_m, gaps, result);
   const double least_m =
       MeasurePlanes(GapScene(touch, parts.field, X_GS), pair, *scratch, scratch->gaps.get(), gaps, result);
   result->signed_distance_m = std::min(least_m, pair.look_ahead_m);
