@@ -28,19 +28,6 @@ glm::dvec3 UpToRim(const NearestFacet& facet, const glm::dvec3& up) {
   return std::isfinite(least) ? facet.place + least * d : facet.place;
 }
 
-// From p to what is below it. Where that is an edge or a corner right below, the normal is S's own.
-Gap GapTo(const NearestFacet& facet, const glm::dvec3& p, const glm::dvec3& above, bool is_right_above,
-          const glm::dvec3& inward) {
-  Gap gap{true, p, facet.normal, 0.0};
-  if (is_right_above && !facet.is_on_face) {
-    gap.n = inward;
-  } else if (!facet.is_on_face && std::abs(facet.height) > 0.25 * kClear) {
-    gap.n = above / facet.height;
-  }
-  gap.height = glm::dot(gap.p - facet.place, gap.n);
-  return gap;
-}
-
 // Where the patch slides to from what is below it now.
 glm::dvec3 Up(const NearestFacet& facet, const glm::dvec3& inward) {
   if (facet.is_on_face) return UpToRim(facet, inward);
@@ -68,7 +55,9 @@ Gap OverPatch(const GapScene& scene, const FacetsAround& around, const PlaceInG&
     const bool is_right_above =
         facet.height > 0.0 && glm::dot(above, inward) > (1.0 - 0.5 * kSlope * kSlope) * glm::length(above);
     if (hop == 0 || (is_right_above && IsOnS(scene, p + way + inside, inward))) {
-      gap = GapTo(facet, p + way, above, is_right_above, inward);
+      // Over an edge or a corner right below, the normal is S's own.
+      const bool is_own = is_right_above && !facet.is_on_face;
+      gap = GapAlong(is_own ? inward : NormalTo(facet, above), facet, p + way);
     }
     const double rise = glm::dot(facet.normal, inward);
     if (is_right_above || rise < -kSlope) return gap;

@@ -24,16 +24,6 @@ double Slope(const TouchPlace& place, const glm::dvec3& n, const glm::dvec3& inw
   return place.kind == TouchPlace::Kind::kFace ? glm::length(glm::cross(n, inward_G)) : 0.0;
 }
 
-// What is below a corner of S, or below a piece of edge between its crossings.
-Gap ToFacet(const NearestFacet& facet, const PlaceInG& place) {
-  Gap gap{true, place.p, facet.normal, 0.0};
-  if (!facet.is_on_face && std::abs(facet.height) > 0.25 * kClear) {
-    gap.n = (place.p + place.back() * place.inward - facet.place) / facet.height;
-  }
-  gap.height = glm::dot(place.p - facet.place, gap.n);
-  return gap;
-}
-
 // What is below a place, and of an edge, where it crosses one of G.
 EdgeCrossing Below(const FacetsAround& around, const PlaceInG& place) {
   if (place.kind == TouchPlace::Kind::kEdge) return OverEdge(around, place);
@@ -51,7 +41,7 @@ Gap OverOtherFace(const PlaceInG& place, const Gap& least, const NearestFacet& f
   if (!gap.is_found) {
     const NearestFacet& facet = other.below;
     if (!facet.is_found || !facet.is_on_face) return {};
-    gap = {true, place.p, facet.normal, glm::dot(place.p - facet.place, facet.normal)};
+    gap = GapAlong(facet.normal, facet, place.p);
   }
   const glm::dvec3 across = gap.OnG() - least.OnG();
   const glm::dvec3 turn = glm::cross(gap.n, least.n);
@@ -84,7 +74,10 @@ Gaps ByFacets(const GapScene& scene, const PlaceInG& place, FacetsAround* around
   gaps.least = is_flat ? OverPatch(scene, *around, place) : crossing.gap;
   if (!is_flat) {
     if (!facet.is_found) return gaps;
-    if (!gaps.least.is_found) gaps.least = ToFacet(facet, place);
+    if (!gaps.least.is_found) {  // a corner of S, or a piece of edge between its crossings
+      const glm::dvec3 above = place.p + place.back() * place.inward - facet.place;
+      gaps.least = GapAlong(NormalTo(facet, above), facet, place.p);
+    }
     below->Add(scene, facet, place, gaps.least);
   }
   if (gaps.least.is_found && face.is_found && gaps.least.height < kExactWithin) {
