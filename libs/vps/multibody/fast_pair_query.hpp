@@ -6,7 +6,7 @@
 
 #include "vps/force/reduce_patches.hpp"
 #include "vps/multibody/collision_world.hpp"
-#include "vps/multibody/gap/gap_scratch.hpp"
+#include "vps/multibody/gap/choose_places.hpp"
 #include "vps/surface/surface_walk.hpp"
 #include "vps/walk/field_walk.hpp"
 

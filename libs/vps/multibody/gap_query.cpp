@@ -51,8 +51,7 @@ struct GapQuery {
   Gaps Measure(std::uint32_t point, double depth) { return MeasurePlace(scene, point, depth, &now.around, &now.below); }
   Gaps GapsOf(const GapCandidate& candidate) {
     if (IsCornerOfG(candidate.point)) return {FindCorner(now.corners, candidate.point)->gap, {}};
-    const TouchPlace& place = scene.S.places[candidate.point];
-    for (const TouchBin::Measured& known : now.bins[TouchBinOf(place.kind, place.bin)].measured) {
+    for (const TouchBin::Measured& known : now.bins[TouchBinOf(scene.S.places[candidate.point])].measured) {
       if (known.point == candidate.point) return known.gaps;
     }
     return Measure(candidate.point, static_cast<double>(candidate.depth));
@@ -142,7 +141,7 @@ double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const F
   query.TakeCorners(*gaps);
   query.MeasureNearest();
   query.MeasureCorners();
-  ChoosePlaces(scene, query.near, now->bins, now->corners, gaps, &now->candidates);
+  ChoosePlaces(scene, query.near, gaps, now);
   PlaneWriter writer(scene, pair.stiffness_N_per_m, gaps, result);
   for (const GapCandidate& candidate : now->candidates) {
     const Gaps found = query.GapsOf(candidate);

@@ -10,29 +10,29 @@ namespace {
 
 class PlaceChoice {
  public:
-  PlaceChoice(const GapScene& scene, const NearPlaces& near, const MeasuredCorners& corners, GapPlanes* gaps,
-              GapCandidates* candidates)
-      : scene_(scene), near_(near), corners_(corners), slots_(gaps->slots), candidates_(*candidates) {}
+  PlaceChoice(const GapScene& scene, const NearPlaces& near, GapPlanes* gaps, GapScratch* now)
+      : scene_(scene), near_(near), corners_(now->corners), slots_(gaps->slots), candidates_(now->candidates) {
+    candidates_.clear();
+    begin_.fill(GapCandidates::kCapacity);
+  }
 
   void OfferPlaces(const TouchBins& bins) {
-    candidates_.clear();
     for (std::size_t b = 0; b < kNumTouchBins; ++b) {
       const TouchBin& bin = bins[b];
       begin_[b] = candidates_.size();
       if (bin.nearest == kNoPlace) continue;
-      candidates_.push_back({bin.nearest, bin.nearest_depth, GapRank::kNearest});
+      Offer({bin.nearest, bin.nearest_depth, GapRank::kNearest}, b);
       for (std::size_t k = 0; k < 4; ++k) {
-        if (bin.outer[k] != kNoPlace) Offer({bin.outer[k], bin.depths[k]}, begin_[b], candidates_.size());
+        if (bin.outer[k] != kNoPlace) Offer({bin.outer[k], bin.depths[k]}, b);
       }
     }
-    begin_[kNumTouchBins] = candidates_.size();
   }
   void OfferCorners() {
+    begin_[kNumTouchBins] = candidates_.size();
     for (const MeasuredCorner& corner : corners_) {
-      Offer({corner.name, -static_cast<float>(corner.gap.height), GapRank::kNearest}, begin_[kNumTouchBins],
-            candidates_.size());
+      Offer({corner.name, -static_cast<float>(corner.gap.height), GapRank::kNearest}, kNumTouchBins);
     }
-    end_of_corners_ = candidates_.size();
+    begin_[kNumTouchBins + 1] = candidates_.size();
   }
   // After those of this cycle, so that these renew the slots of the last ones.
   void OfferSlots() {
@@ -58,13 +58,12 @@ class PlaceChoice {
     }
     std::size_t next = 0;
     for (GapCandidate& c : candidates_) {
-      if (c.slot >= 0) continue;
-      while (is_taken[next]) ++next;
-      is_taken[next] = true;
-      c.slot = static_cast<std::int8_t>(next);
-      slots_[next] = {c.point, GapPlanes::kStay};
-    }
-    for (const GapCandidate& c : candidates_) {
+      if (c.slot < 0) {
+        while (is_taken[next]) ++next;
+        is_taken[next] = true;
+        c.slot = static_cast<std::int8_t>(next);
+        slots_[next] = {c.point, GapPlanes::kStay};
+      }
       if (IsCornerOfG(c.point)) slots_[static_cast<std::size_t>(c.slot)].corner = FindCorner(corners_, c.point)->p;
     }
     for (std::size_t s = 0; s < kMaxGapPlaces; ++s) {
@@ -73,9 +72,14 @@ class PlaceChoice {
   }
 
  private:
-  // Unless it is one of the candidates from `begin` to `end`.
-  void Offer(const GapCandidate& candidate, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
+  // Corners of G come after the bins of places.
+  [[nodiscard]] std::size_t BinOf(std::uint32_t point) const {
+    return IsCornerOfG(point) ? kNumTouchBins : TouchBinOf(scene_.S.places[point]);
+  }
+  // Unless it is one of this cycle's own, of its bin. Those that only have a slot are different places.
+  void Offer(const GapCandidate& candidate, std::size_t bin) {
+    const std::size_t end = std::min(begin_[bin + 1], candidates_.size());
+    for (std::size_t i = begin_[bin]; i < end; ++i) {
       GapCandidate& known = candidates_[i];
       if (known.point != candidate.point) continue;
       known.rank = std::min(known.rank, candidate.rank);
@@ -84,23 +88,13 @@ class PlaceChoice {
     }
     candidates_.push_back(candidate);
   }
-  // Slots hold different places, so that it can only be one of this cycle's own.
-  void OfferAgain(const GapCandidate& candidate) {
-    if (IsCornerOfG(candidate.point)) {
-      Offer(candidate, begin_[kNumTouchBins], end_of_corners_);
-      return;
-    }
-    const TouchPlace& place = scene_.S.places[candidate.point];
-    const std::size_t bin = TouchBinOf(place.kind, place.bin);
-    Offer(candidate, begin_[bin], begin_[bin + 1]);
-  }
   void OfferSlot(std::size_t s) {
     GapPlanes::Slot& slot = slots_[s];
     const float depth = DepthOf(slot.point);
     const bool is_near = depth >= -near_.margin;
     const std::size_t before = candidates_.size();
     const GapRank rank = slot.is_loaded ? GapRank::kLoaded : GapRank::kOther;
-    if (is_near) OfferAgain({slot.point, depth, rank, static_cast<std::int8_t>(s)});
+    if (is_near) Offer({slot.point, depth, rank, static_cast<std::int8_t>(s)}, BinOf(slot.point));
     const bool is_renewed = is_near && (slot.is_loaded || candidates_.size() == before);
     slot.is_loaded = false;
     slot.cycles_left = static_cast<std::int8_t>(is_renewed ? GapPlanes::kStay : slot.cycles_left - 1);
@@ -123,17 +117,15 @@ class PlaceChoice {
   const MeasuredCorners& corners_;
   std::array<GapPlanes::Slot, kMaxGapPlaces>& slots_;
   GapCandidates& candidates_;
-  // Candidates of each bin, and the end; then come corners, then those that only have a slot.
-  std::array<std::size_t, kNumTouchBins + 1> begin_;
-  std::size_t end_of_corners_ = 0;
+  // This cycle's candidates of each bin, corners of G, the end; then come those that only have a slot.
+  std::array<std::size_t, kNumTouchBins + 2> begin_;
 };
 
 }  // namespace
 
-void ChoosePlaces(const GapScene& scene, const NearPlaces& near, const TouchBins& bins, const MeasuredCorners& corners,
-                  GapPlanes* gaps, GapCandidates* candidates) {
-  PlaceChoice choice(scene, near, corners, gaps, candidates);
-  choice.OfferPlaces(bins);
+void ChoosePlaces(const GapScene& scene, const NearPlaces& near, GapPlanes* gaps, GapScratch* now) {
+  PlaceChoice choice(scene, near, gaps, now);
+  choice.OfferPlaces(now->bins);
   choice.OfferCorners();
   choice.OfferSlots();
   choice.TakeInTurns();

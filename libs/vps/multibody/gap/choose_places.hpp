@@ -25,9 +25,17 @@ struct GapCandidate {
 
 using GapCandidates = core::FixedVector<GapCandidate, 5 * kNumTouchBins + kMostCorners + kMaxGapPlaces>;
 
-// Of this cycle's places and those that have a slot, at most as many as there are slots, each with one. Slots that
-// nobody has any more are free.
-void ChoosePlaces(const GapScene& scene, const NearPlaces& near, const TouchBins& bins, const MeasuredCorners& corners,
-                  GapPlanes* gaps, GapCandidates* candidates);
+// Memory of a query. Large, and little of it is used by one, so it is not made anew for each.
+struct GapScratch {
+  TouchBins bins;
+  CornersBelow below;
+  MeasuredCorners corners;
+  GapCandidates candidates;
+  FacetsAround around;
+};
+
+// Candidates: of this cycle's places and corners and those that have a slot, at most as many as there are slots, each
+// with one. Slots that nobody has any more are free.
+void ChoosePlaces(const GapScene& scene, const NearPlaces& near, GapPlanes* gaps, GapScratch* now);
 
 }  // namespace vps

@@ -23,15 +23,8 @@ void OfferByDepth(const T& one, core::FixedVector<T, N>* list) {
 
 // What is added to four lanes to leave only those whose bit is set.
 F4 OnlyLanes(unsigned bits) {
-  constexpr float kOut = -std::numeric_limits<float>::infinity();
-  static constexpr auto kTable = [] {
-    std::array<std::array<float, 4>, 16> table{};
-    for (unsigned i = 0; i < 16; ++i) {
-      for (unsigned k = 0; k < 4; ++k) table[i][k] = (i >> k & 1U) != 0 ? 0.0f : kOut;
-    }
-    return table;
-  }();
-  return Load4(kTable[bits & 15U].data());
+  const I4 is_set = (I4{1, 2, 4, 8} & static_cast<std::int32_t>(bits)) != 0;
+  return is_set ? F4{} : F4{} - std::numeric_limits<float>::infinity();
 }
 float MostOf(F4 four) {
   return std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
@@ -41,10 +34,6 @@ float DeepestOf(const float* depths, unsigned lanes) {
   F4 most = Load4(depths) + OnlyLanes(lanes);
   for (unsigned k = 4; k < kBlock; k += 4) most = Max4(most, Load4(depths + k) + OnlyLanes(lanes >> k));
   return MostOf(most);
-}
-
-TouchBin& BinOf(const TouchGroup& group, TouchBins* bins) {
-  return (*bins)[TouchBinOf(group.kind, group.bin)];
 }
 
 // Those of the group that are farther out than the ones that the bin has. Mostly there are none, which is found for all
@@ -84,7 +73,7 @@ void FindOuter(const NearPlaces& near, const TouchGroup& group, std::uint32_t bl
 // Blocks next to each other follow each other: after some from everywhere few are farther out than those before.
 void FindOuters(const NearPlaces& near, TouchBins* bins) {
   const auto find = [&](const TouchGroup& group, std::uint32_t block) {
-    FindOuter(near, group, block, &BinOf(group, bins));
+    FindOuter(near, group, block, &(*bins)[TouchBinOf(group)]);
   };
   for (std::uint32_t i = 0; i < near.result.num_near_blocks; i += kSpread) near.ForEachGroup(i, find);
   for (std::uint32_t i = 0; i < near.result.num_near_blocks; ++i) {
@@ -122,7 +111,7 @@ void FindDeepest(const GapScene& scene, const NearPlaces& near, TouchBins* bins)
     const float* const depths = near.walk.depths(block);
     const float deepest = DeepestOf(depths, group.lanes);
     if (!(deepest >= -near.margin)) return;
-    TouchBin& bin = BinOf(group, bins);
+    TouchBin& bin = (*bins)[TouchBinOf(group)];
     if (deepest > -within) OfferByDepth({deepest, block, group.lanes}, &bin.deep);
     if (deepest <= bin.nearest_depth) return;
     std::uint32_t at = 0;

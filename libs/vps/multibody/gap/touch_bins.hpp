@@ -66,8 +66,9 @@ struct TouchBin {
 
 using TouchBins = std::array<TouchBin, kNumTouchBins>;
 
-inline std::size_t TouchBinOf(TouchPlace::Kind kind, std::uint8_t direction) {
-  return static_cast<std::size_t>(kind) * kNumDirectionBins + direction;
+// Of a TouchPlace or a TouchGroup.
+inline std::size_t TouchBinOf(const auto& one) {
+  return static_cast<std::size_t>(one.kind) * kNumDirectionBins + one.bin;
 }
 
 // Sorts the near places into the bins.
