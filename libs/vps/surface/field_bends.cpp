@@ -153,40 +153,41 @@ void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers,
 }
 
 // FieldBends::inner_errors of a brick: against the triangles, at four places of each coarse cell. With a distance of
-// 1 / sqrt(12) of its edge from the middle along each axis these have the second moments of the cell. If none of those
-// places is so deep, as where a part is little thicker than the band, all of the brick's voxels are tried. To compare
-// neighbouring cells would not do: where the depth bends smoothly both are off by the same at their common face.
+// 1 / sqrt(12) of its edge from the middle along each axis these have the second moments of the cell. Where the band
+// ends only a part of a cell is coarse: of a brick of the band every eighth voxel is tried, in all layers along each
+// axis. To compare neighbouring cells would not do: where the depth bends smoothly both are off by the same at their
+// common face.
 float InnerError(const DistanceField& field, const glm::ivec3& brick) {
   constexpr float kFromMiddle = 0.2887f;
   constexpr glm::vec3 kPlaces[] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
-  const int edge = 1 << field.coarse_shift;
-  const auto length = static_cast<float>(edge);
+  const float coarse = static_cast<float>(1 << field.coarse_shift);
   float sum = 0.0f;
   int count = 0;
   const auto measure = [&](const glm::vec3& p) {
     const FieldSample at = SampleField(field, p);
     if (at.distance > -kDeepestExact) return;
-    const double reach = static_cast<double>(std::abs(at.distance) + 2.0f * length);
+    const double reach = static_cast<double>(std::abs(at.distance) + 2.0f * coarse);
     const NearestFacet nearest = FindNearestFacet(field.triangles(), glm::dvec3(p), reach);
     if (!nearest.is_found) return;
     const float off = at.distance - static_cast<float>(nearest.height);
     sum += off * off;
     ++count;
   };
-  const auto for_each_cell = [&](int step, const auto& visit) {
-    for (int z = 0; z < 8; z += step) {
-      for (int y = 0; y < 8; y += step) {
-        for (int x = 0; x < 8; x += step)
-          visit(glm::vec3(8 * brick + glm::ivec3(x, y, z)) + 0.5f * static_cast<float>(step));
+  const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
+  const bool is_of_band = field.bricks[static_cast<std::size_t>((brick.z * n.y + brick.y) * n.x + brick.x)] != 0;
+  const int step = is_of_band ? 2 : 1 << field.coarse_shift;
+  for (int z = 0; z < 8; z += step) {
+    for (int y = 0; y < 8; y += step) {
+      for (int x = 0; x < 8; x += step) {
+        const glm::vec3 corner(8 * brick + glm::ivec3(x, y, z));
+        if (is_of_band) {
+          measure(corner + ((x + y + z) % 4 == 0 ? 0.5f : 1.5f));
+        } else {
+          for (const glm::vec3& to : kPlaces) measure(corner + coarse * (0.5f + kFromMiddle * to));
+        }
       }
     }
-  };
-  for_each_cell(edge, [&](const glm::vec3& middle) {
-    for (const glm::vec3& to : kPlaces) measure(middle + kFromMiddle * length * to);
-  });
-  const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
-  const bool is_empty = field.bricks[static_cast<std::size_t>((brick.z * n.y + brick.y) * n.x + brick.x)] == 0;
-  if (count == 0 && !is_empty) for_each_cell(1, measure);
+  }
   return count > 0 ? std::sqrt(sum / static_cast<float>(count)) : 0.0f;
 }
 

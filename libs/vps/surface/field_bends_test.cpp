@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -12,9 +13,9 @@
 namespace vps {
 namespace {
 
-// Per brick of the field of a plate: the r.m.s. of field minus exact depth over places deeper than kDeepestExact. Deep
-// inside a plate the depth is half its thickness less the distance from its middle plane.
-std::vector<float> ErrorsInPlate(const DistanceField& field, double half_m) {
+// Per brick of the field of a box: the r.m.s. of field minus exact depth over places deeper than kDeepestExact. Inside
+// a box the depth is the least of those below its sides.
+std::vector<float> ErrorsInBox(const DistanceField& field, const glm::dvec3& half_m) {
   const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
   std::vector<float> errors;
   for (int brick = 0; brick < n.x * n.y * n.z; ++brick) {
@@ -25,8 +26,8 @@ std::vector<float> ErrorsInPlate(const DistanceField& field, double half_m) {
       const glm::vec3 p = glm::vec3(first + glm::ivec3(place & 7, place >> 3 & 7, place >> 6)) + 0.5f;
       const FieldSample at = SampleField(field, p);
       if (at.distance > -kDeepestExact) continue;
-      const double z_m = static_cast<double>(p.z) * field.voxel_size_m + field.origin_m.z;
-      const double depth = (half_m - std::abs(z_m)) / field.voxel_size_m;
+      const glm::dvec3 from_sides = half_m - glm::abs(glm::dvec3(p) * field.voxel_size_m + field.origin_m);
+      const double depth = std::min({from_sides.x, from_sides.y, from_sides.z}) / field.voxel_size_m;
       const float off = -at.distance - static_cast<float>(depth);
       sum += off * off;
       ++count;
@@ -42,11 +43,11 @@ TEST(FieldBends, KnowTheErrorOfDeepPlacesWhereverTheBandEnds) {
   constexpr double kVoxel_m = 1e-3;
   int num_wrong = 0;
   for (const double thickness : {6.6, 7.0, 7.4, 7.8, 8.2, 9.0, 10.0}) {
-    const double half_m = 0.5 * thickness * kVoxel_m;
-    const auto field = BuildField(MakeBox({0.06, 0.06, 2.0 * half_m}), kVoxel_m);
+    const glm::dvec3 sides_m(0.06, 0.06, thickness * kVoxel_m);
+    const auto field = BuildField(MakeBox(sides_m), kVoxel_m);
     ASSERT_TRUE(field);
     const FieldBends bends = BuildFieldBends(*field);
-    const std::vector<float> errors = ErrorsInPlate(*field, half_m);
+    const std::vector<float> errors = ErrorsInBox(*field, 0.5 * sides_m);
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (errors[i] < 0.05f) continue;
       ++num_wrong;

@@ -524,7 +524,9 @@ void SurfaceWalk::KeepWhole() {
 void SurfaceWalk::TakeLastWhole() {
   const std::uint64_t places = result_.places_read;
   const std::uint64_t exact = result_.places_read_exactly;
+  const int passes = result_.passes;
   result_ = last_whole_;
+  result_.passes = passes;
   result_.places_read = places;
   result_.places_read_exactly = exact;
   lasting_m3_ = last_lasting_m3_;
@@ -554,6 +556,7 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   bool has_whole = false;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::uint64_t before = result_.places_read;
+    ++result_.passes;
     // The field may take half of what is wanted.
     in_.most_field_error_m = static_cast<float>(kHalf * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
     if (!Pass(threshold_m3, kHalf * wanted_m3 / kConfidence)) {

@@ -270,6 +270,7 @@ TEST(SurfaceWalk, IsTheSameBitForBitAtTheSamePose) {
 TEST(SurfaceWalk, NeedsOnePassWhileTheContactChangesLittle) {
   Pair pair(MakeTorus(0.03, 0.012, 64, 32), MakeTorus(0.03, 0.012, 64, 32), 1e-3);
   SurfaceMemory memory;
+  int passes = 0;
   std::uint64_t with = 0, without = 0;
   for (int i = 0; i < 200; ++i) {
     const core::Pose X{core::QuaternionFromRotationVector({0.7 + 1e-3 * i, 0.2, 0.1}), {0.078, 0.01, 0.002}};
@@ -278,10 +279,12 @@ TEST(SurfaceWalk, NeedsOnePassWhileTheContactChangesLittle) {
     ASSERT_TRUE(result.is_accurate && anew.is_accurate);
     ASSERT_LE(glm::length(result.force_m3 - anew.force_m3), result.error_m3 + anew.error_m3);
     if (i == 0) continue;
+    passes += result.passes;
     with += result.places_read;
     without += anew.places_read;
   }
-  EXPECT_LT(2 * with, without);
+  EXPECT_LE(passes, 210);
+  EXPECT_LT(with, without);
 }
 
 // Its parts add up to the whole, also where there are more than it keeps apart.
