@@ -82,8 +82,8 @@ constexpr float kRounding = 3e-5f;
 constexpr float kSlopeError = 0.0137f;
 // Farther inside than this the error at the surface is small against the depth, and triangles are far, voxels.
 constexpr float kDeepestExact = 2.5f;
-// Of FieldBends::inner_errors: over a cell the errors are 0 in the mean (decision 13), over a surface in it they are not;
-// along a ridge they are of one sign.
+// Of FieldBends::inner_errors: over a cell the errors are 0 in the mean (decision 13), over a surface in it they are
+// not; along a ridge they are of one sign.
 constexpr float kMeanOfInnerError = 0.25f;
 
 struct PatchInput {
