@@ -7,7 +7,7 @@
 # A folder inside with a CMakeLists.txt of its own is another room.
 
 # Sanitizers make the tests some five times slower.
-set(VR_OOS_TEST_SECONDS 600)
+set(VR_OOS_TEST_SECONDS 900)
 if(VR_OOS_SANITIZE)
   math(EXPR VR_OOS_TEST_SECONDS "5 * ${VR_OOS_TEST_SECONDS}")
 endif()
