@@ -14,7 +14,7 @@ const processes = new Processes();
 const errors = [];
 let browser, live, recording, recorded;
 
-// scenarios/touch, whose session a test stops: it ends by itself only when a slow machine has had its time.
+// A copy of scenarios/touch that lasts four minutes, so that a slow machine has time until a test stops the session.
 function lastingTouch() {
   const folder = path.join(processes.folder, "lasting");
   cpSync(scenarioFolder("touch"), folder, { recursive: true });

@@ -184,22 +184,28 @@ struct SampleError {
 };
 
 // The field's mean error where samples touch, from about kMaxSinglePoints of the blocks: a mean over so many places is
-// good to a fifth.
+// good to a fifth. Where none of those touches, at the deepest sample.
 double MeanFieldError_m(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
                         const FieldWalkResult& walk) {
   const FieldTransform T(X_GS, parts.field);
   double sum = 0.0;
   std::uint32_t count = 0;
+  const auto add = [&](std::uint32_t block, std::uint32_t k, float depth) {
+    const glm::vec3 p = T.ToVoxels(PointOf(parts.samples.points[block], k));
+    sum += static_cast<double>(FieldErrorAt(parts, p, depth));
+    ++count;
+  };
   const std::uint32_t stride = 1 + walk.num_near_blocks / kMaxSinglePoints;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; i += stride) {
     const float* const depths = scratch.depths(i);
     const std::uint32_t k = FindDeepest(depths);
-    if (!(depths[k] > 0.0f)) continue;
-    const glm::vec3 p = T.ToVoxels(PointOf(parts.samples.points[scratch.near_blocks[i]], k));
-    sum += static_cast<double>(FieldErrorAt(parts, p, depths[k]));
-    ++count;
+    if (depths[k] > 0.0f) add(scratch.near_blocks[i], k, depths[k]);
   }
-  return count > 0 ? parts.field.voxel_size_m * sum / count : 0.0;
+  const double voxel_m = parts.field.voxel_size_m;
+  if (count == 0) {
+    add(walk.deepest_point / kBlock, walk.deepest_point % kBlock, static_cast<float>(walk.deepest_m / voxel_m));
+  }
+  return voxel_m * sum / count;
 }
 
 SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,

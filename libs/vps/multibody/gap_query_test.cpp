@@ -75,6 +75,32 @@ TEST(GapQuery, ACornerOverAFaceHasTheFacesNormal) {
   }
 }
 
+// Memory is not made anew for a query: what earlier ones elsewhere have left in it changes no bit.
+TEST(GapQuery, WhatEarlierQueriesHaveLeftChangesNothing) {
+  const TriangleMesh block = MakeBox({0.06, 0.08, 0.05});
+  GapEngine used(block, MakeSphere(0.02, 64), 1e-3, 4096);
+  GapEngine fresh(block, MakeSphere(0.02, 64), 1e-3, 4096);
+  const double above_m = 0.025 + 0.02 - 2e-4;
+  for (const glm::dvec3& p :
+       {glm::dvec3(0.03, 0.04, above_m), glm::dvec3(0.03 + 0.0199, 0, 0), glm::dvec3(0, 0, -above_m)}) {
+    used.Query({Turned({0.3, 0.1, 0.2}).rotation, p});
+    EXPECT_FALSE(used.gaps.planes.empty());
+  }
+  used.gaps.Clear();
+  const core::Pose X_AB{Turned({0.2, 0.1, 0.0}).rotation, {-0.01, 0.02, above_m}};
+  used.Query(X_AB);
+  fresh.Query(X_AB);
+  ASSERT_FALSE(fresh.gaps.planes.empty());
+  ASSERT_EQ(used.gaps.planes.size(), fresh.gaps.planes.size());
+  for (std::size_t i = 0; i < fresh.gaps.planes.size(); ++i) {
+    const core::ContactPlane& plane = fresh.gaps.planes[i];
+    EXPECT_EQ(used.gaps.planes[i].id, plane.id);
+    EXPECT_EQ(used.gaps.planes[i].p_S, plane.p_S);
+    EXPECT_EQ(used.gaps.planes[i].n_G, plane.n_G);
+    EXPECT_EQ(used.gaps.planes[i].q_G, plane.q_G);
+  }
+}
+
 // The plate is sampled, and comes down on a corner of the other body.
 TEST(GapQuery, AFaceOverACornerHasTheFacesNormal) {
   const glm::dquat up = core::QuaternionFromRotationVector(
