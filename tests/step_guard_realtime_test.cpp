@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -35,27 +34,40 @@ Watched Read(const std::filesystem::path& file) {
 
 using Nodes = std::vector<std::string>;
 
+// A machine that stops a node makes the others say that it was away, and this from their loops. How many of such lines
+// a node's log has after its start; none when it has any other.
+std::uint64_t NumAbsencesTold(const std::filesystem::path& log) {
+  std::ifstream in(log);
+  std::string line;
+  while (std::getline(in, line) && line != "ready") {
+  }
+  std::uint64_t num = 0;
+  while (std::getline(in, line)) {
+    bool is_absence = false;
+    for (const char* text : {"lost: ", "found: ", ": no command for 60 ms", ": commands arrive again"}) {
+      is_absence = is_absence || line.find(text) != std::string::npos;
+    }
+    if (!is_absence) return 0;
+    ++num;
+  }
+  return num;
+}
+
 // Counts of the step threads of `nodes`. logic_node and visual_node are not among them (tests/step_guard/README.md).
 void ExpectCleanThreads(const std::filesystem::path& out, const Nodes& nodes) {
   for (const std::string& node : nodes) {
     const Watched watched = Read(out / (node + ".txt"));
     EXPECT_GT(watched.steps, 1000u) << node;
     EXPECT_EQ(watched.locks, 0u) << node << ": the first at\n" << watched.where;
-    EXPECT_EQ(watched.logs, 0u) << node << ": the first at\n" << watched.where;
+    EXPECT_LE(watched.logs, NumAbsencesTold(out / "run" / (node + ".log"))) << node << ": the first at\n"
+                                                                            << watched.where;
     // The simulated operator in device_bridge follows the procedure: STATE with texts, which comes in Wait and
     // allocates, a few times a minute. No device does that.
     const std::uint64_t allowed = node == "device_bridge" ? watched.steps / 1000 : 0;
-    EXPECT_LE(watched.dirty_steps, allowed)
+    EXPECT_LE(watched.dirty_steps, allowed + watched.logs)
         << node << ": " << watched.allocations << " allocations and releases; the first at\n"
         << watched.where;
   }
-}
-
-// device_bridge says when commands stay out, from its step. A machine that stops the nodes for so long fails one run; a
-// step that logs by itself logs in every run.
-bool HasLogs(const std::filesystem::path& out, const Nodes& nodes) {
-  return std::any_of(nodes.begin(), nodes.end(),
-                     [&](const std::string& node) { return Read(out / (node + ".txt")).logs > 0; });
 }
 
 // Ten seconds of a scenario with the nodes watched from inside.
@@ -79,9 +91,7 @@ void RunWatched(const std::string& scenario, const std::filesystem::path& out, b
 
 void ExpectCleanRun(const std::string& scenario, const std::filesystem::path& out, bool is_colocated,
                     const Nodes& nodes) {
-  constexpr int kRuns = 3;
   RunWatched(scenario, out, is_colocated);
-  for (int i = 1; i < kRuns && HasLogs(out, nodes); ++i) RunWatched(scenario, out, is_colocated);
   ExpectCleanThreads(out, nodes);
 }
 
