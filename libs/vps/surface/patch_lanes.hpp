@@ -344,14 +344,30 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
                  LoadF(b->node[kAreaVectorRow + 2] + at)};
     const I is_flat = LoadF(b->node[kIsFlatRow] + at) > 0.5f;
     const I is_small = (I)(reach < kLeastBendLength);
+    const F half_square = 0.5f * radius * radius;
     const F by_model = is_flat & is_small ? integral.most - depth : model.reach;
-    const F bent_to_rim = bend.has ? 0.5f * bend.least * radius * radius : radius;
+    const F bent_to_rim = bend.has ? half_square * bend.least : radius;
     const F cut = Max(Min(is_small ? by_model : by_model + bent_to_rim, radius), Fill(1e-12f));
-    const F inside = Max(Min(Fma(Fill(0.5f), Max(depth, read) / (cut + up + blur), Fill(0.5f)), Fill(1.0f)), F{});
+    // A small patch lies by its corners, and what the field bends in the mean is added. Where G's triangles were read
+    // they may turn within it: so are the bound, and what the parent mispredicted at the family, since a rim is about
+    // as far from its centre as that is from the parent's. A miss in the mean keeps its sign at the next scale, how the
+    // family scatters around it does not.
+    const F over_spread = LoadF(b->over_spread + at);
+    const F under_spread = LoadF(b->under_spread + at);
+    F beyond = is_small ? half_square * Sqrt(TraceOf(bend.mean, bend.mean)) : F{};
+    F scatter{};
+    if (b->is_exact) {
+      const F missed = over - LoadF(b->under + at);
+      const F square = is_tested ? Fma(over_spread, over_spread, under_spread * under_spread) : F{};
+      beyond += Sqrt(square) + (is_small ? per_reach * bent_to_rim : F{});
+      scatter = Sqrt(Max(square - missed * missed, F{}));
+    }
+    const F to_rim = Min(cut + beyond, radius) + up + blur;
+    const F inside = Max(Min(Fma(Fill(0.5f), Max(depth, read) / to_rim, Fill(0.5f)), Fill(1.0f)), F{});
     const F inside_area = area * inside;
     F bias = Fma(inside_area, up, area * Min(down, integral.mean));
-    const F spread_up = is_tested ? inside * (kMissed * LoadF(b->under_spread + at)) : F{};
-    const F spread_down = is_tested ? Min(kMissed * LoadF(b->over_spread + at), integral.mean) : F{};
+    const F spread_up = is_tested ? inside * (kMissed * Max(under_spread, scatter)) : F{};
+    const F spread_down = is_tested ? Min(kMissed * over_spread, integral.mean) : F{};
     F variance_m2 = Fma(spread_up, spread_up, spread_down * spread_down);  // of the mean depth over the patch
     // Where the two sides of a plate are all of it, its depths are at the ends of their range.
     const F near_cut = inside > 0.0f ? Max(1.0f - Abs(depth) / radius, F{}) : F{};
