@@ -28,19 +28,20 @@ enum NodeRow {
 // Rows of the model that a parent has of its parts' depths:  d + g . e - 1/2 e^T H e,  e from its centre.
 enum ModelRow { kModelCentre = 0, kModelDepth = 3, kModelSlope = 4, kModelBend = 7, kModelRows = 13 };
 
-struct alignas(64) PatchBlock {
+// What was read of patches: enough to judge them once more.
+struct alignas(64) PatchesRead {
   PatchRow node[kNodeRows];
-  PatchRow corners[6];          // of a flat one: two of its corners from the centre; the three add up to 0
-  PatchRow parent[kModelRows];  // where has_parent
-  bool has_parent;
-  bool is_exact;  // depths by G's triangles
-
-  // Set by `read`; depth may be replaced before `judge`.
-  PatchRow depth, slope[3];
-
+  PatchRow corners[6];       // of a flat one: two of its corners from the centre; the three add up to 0
+  PatchRow depth, slope[3];  // set by `read`; may be replaced before `judge`
   // By how much the parent's prediction is above (over) and below (under) what was read: mean over the family, and
   // r.m.s. of those of its members that are. Set by `judge` where has_parent; over -1: unknown.
   PatchRow over, under, over_spread, under_spread;
+  bool is_exact;  // depths by G's triangles
+};
+
+struct alignas(64) PatchBlock : PatchesRead {
+  PatchRow parent[kModelRows];  // where has_parent
+  bool has_parent;
 
   // Set by `judge`.
   PatchRow bend[6];                              // H, 1/m
@@ -50,6 +51,7 @@ struct alignas(64) PatchBlock {
   std::uint32_t open;                            // lanes whose share is too large
   std::uint32_t read_exactly;                    // of those, lanes whose depth is to be read by triangles instead
   std::uint32_t touches;                         // lanes that are inside at least in part
+  std::uint32_t counts;                          // lanes that were kept and have a share
 };
 
 // Sums over blocks, lane by lane. kLasting: errors that no opening makes smaller, m^3.

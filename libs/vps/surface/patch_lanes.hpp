@@ -290,7 +290,7 @@ inline void AddSquaresTo(double* sums, F values, int at) {
 void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
   if (b->has_parent) CompareWithParents(b);
   const float voxel_m = in.field.m_per_voxel;
-  b->open = b->read_exactly = b->touches = 0;
+  b->open = b->read_exactly = b->touches = b->counts = 0;
   for (int at = 0; at < kPatchLanes; at += kLanes) {
     const F area = LoadF(b->node[kAreaRow] + at);
     const F radius = LoadF(b->node[kRadiusRow] + at);
@@ -395,13 +395,15 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const I is_part = area > 0.0f;
     const I touches = is_part & (I)(integral.mean > 0.0f);
     const I is_large = is_part & (I)(radius > in.least_radius_m) & (I)(share > in.threshold_m3);
-    // The field is not good enough there, however small the patch.
-    const I is_rough = touches & ~is_large & (I)(field_error > in.most_field_error_m);
+    // The field is not good enough there, nor in parts of it, and by triangles it would be kept.
+    const I is_fine = (I)(share - field_share <= in.threshold_m3);
+    const I is_rough = touches & is_fine & (I)(field_error > in.most_field_error_m);
     const I opens = is_large | is_rough;
     const I is_kept = is_part & ~opens;
     b->open |= Bits(opens) << at;
     b->read_exactly |= Bits(is_rough | (is_large & (I)(field_share > 0.5f * share))) << at;
     b->touches |= Bits(touches) << at;
+    b->counts |= Bits(is_kept & (touches | (I)(share > 0.0f))) << at;
 
     for (int i = 0; i < 6; ++i) StoreF(b->bend[i] + at, bend.mean.of[i]);
     const F* const force[3] = {&integral.force.x, &integral.force.y, &integral.force.z};

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "vps/field/nearest_facet.hpp"
@@ -20,16 +21,12 @@ constexpr double kNegligible_m = 1e-15;
 // Parts of triangles that are smaller are not opened, voxels: far below the field's own resolution. Not derived.
 constexpr float kLeastRadius = 1e-3f;
 constexpr int kMostPasses = 24;
-// Of the threshold from pass to pass: a larger step would open far more than is needed, a smaller one reads all anew
-// for little. Not derived.
+// Of the threshold from pass to pass, at least: a larger step would open far more than is needed. Not derived.
 constexpr double kLeastStep = 1.0 / 64.0;
-constexpr double kMostStep = 0.5;
 // From query to query: of the threshold where more was done than asked for, at most; and by how much more.
 constexpr double kLooser = 4.0;  // one halving of patches takes the error to a quarter
-// Thresholds aim at a little less than the error that is wanted. Not derived. Where they were loosened so, the next
-// query still has to find the error below what is wanted, twice over.
+// Thresholds aim at a little less than the error that is wanted. Not derived.
 constexpr double kAim = 0.8;
-constexpr double kEnough = 1.0 / (kAim * kAim);
 // What is wanted is shared evenly: between random errors and those of one sign, between the field and the patches.
 constexpr double kHalf = 0.5;
 
@@ -62,14 +59,18 @@ std::uint64_t CountDeep(const PatchBlock& block, float depth_m) {
 SurfaceWalk::SurfaceWalk(InstructionSet set)
     : kernels_(KernelsOf(set)),
       parts_(kMostParts),
-      last_parts_(kMostParts),
       exact_(kExactAtOnce),
       exact_origins_(kExactAtOnce),
       facet_points_(kExactAtOnce),
       facets_(std::make_unique<FacetScratch>()) {}
 
-// A level with n patches reads 4 n places, each of which may be opened.
+// A level with n patches reads 4 n places, each of which may be opened. A place may be read once by the field and once
+// by triangles, and each level may leave one more block that is not full.
 void SurfaceWalk::Reserve(std::size_t most_places) {
+  const std::size_t most_blocks = 3 * (most_places / kPatchLanes + 1) + kMostPasses;
+  kept_.reserve(most_blocks);
+  last_kept_.reserve(most_blocks);
+  asked_.reserve(2 * (most_places + kPatchLanes));
   for (Level* level : {&now_, &next_}) {
     level->by_field.reserve(most_places + kPatchLanes);
     level->by_triangles.reserve(most_places + kPatchLanes);
@@ -203,6 +204,11 @@ void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane)
   to.deviation = block.deviation[lane];
 }
 
+// As `judge` takes it.
+float SurfaceWalk::ShareOf(const Opened& o) const {
+  return o.bias + o.deviation * o.deviation * in_.per_deviation;
+}
+
 float SurfaceWalk::deepest_exact_m() const {
   return in_.offset_m + kDeepestExact * static_cast<float>(G_->voxel_size_m);
 }
@@ -215,11 +221,36 @@ bool SurfaceWalk::TakeSearch(float depth_m) {
   return true;
 }
 
-// Of the parts of `now_`.
-std::uint64_t SurfaceWalk::CountPlaces() const {
-  std::uint64_t count = now_.by_field.size() + now_.by_triangles.size();
-  for (const Opened& o : now_.by_triangles) count += o.model[kModelDepth] > deepest_exact_m() ? kPlacesOfSearch : 0;
-  return kFamilySize * count;
+// Leaves in now_ the patches with the largest shares, as many as places are left for; the others count as themselves.
+// False: not all could stay.
+bool SurfaceWalk::FitLevel() {
+  asked_.clear();
+  std::uint64_t places = 0;
+  for (const auto* list : {&now_.by_field, &now_.by_triangles}) {
+    for (const Opened& o : *list) {
+      const bool is_search = list == &now_.by_triangles && o.model[kModelDepth] > deepest_exact_m();
+      asked_.push_back({ShareOf(o), kFamilySize * (1 + (is_search ? kPlacesOfSearch : 0))});
+      places += asked_.back().places;
+    }
+  }
+  const std::uint64_t left = most_places_ - std::min(most_places_, result_.places_read);
+  if (places <= left) return true;
+  std::sort(asked_.begin(), asked_.end(), [](const Asked& a, const Asked& b) { return a.share > b.share; });
+  float least = std::numeric_limits<float>::infinity();
+  places = kPatchLanes;  // the last block of each list may not be full
+  for (const Asked& asked : asked_) {
+    places += asked.places;
+    if (places > left) break;
+    least = asked.share;
+  }
+  for (auto* list : {&now_.by_field, &now_.by_triangles}) {
+    std::erase_if(*list, [&](const Opened& o) {
+      const bool is_left = ShareOf(o) < least;
+      if (is_left) KeepUnopened(o);
+      return is_left;
+    });
+  }
+  return false;
 }
 
 // The same patch, to be judged anew with its exact depth.
@@ -335,6 +366,7 @@ void SurfaceWalk::Judge(PatchBlock* block, const Origins& origins) {
     if (static_cast<double>(block->support[lane]) > result_.deepest_m) SetDeepest(*block, lane);
   }
   AddParts(*block);
+  if (block->counts != 0) Keep(*block, origins);
   for (unsigned lanes = block->open; lanes != 0; lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
     if ((block->read_exactly >> lane & 1U) != 0 && TakeSearch(block->depth[lane])) {
@@ -343,6 +375,35 @@ void SurfaceWalk::Judge(PatchBlock* block, const Origins& origins) {
       Put(*block, origins, lane);
     }
   }
+}
+
+// For the next pass. Lanes without a share would have none then, either.
+void SurfaceWalk::Keep(const PatchBlock& block, const Origins& origins) {
+  Kept& kept = kept_.emplace_back(Kept{block, origins});
+  for (int k = 0; k < kPatchLanes; ++k) {
+    if ((block.counts >> k & 1U) == 0) kept.patches.node[kAreaRow][k] = 0.0f;
+  }
+}
+
+void SurfaceWalk::JudgeKept() {
+  std::swap(kept_, last_kept_);
+  kept_.clear();
+  PatchBlock block;
+  block.has_parent = false;  // its parts were compared with it
+  for (const Kept& kept : last_kept_) {
+    static_cast<PatchesRead&>(block) = kept.patches;
+    Judge(&block, kept.origins);
+  }
+}
+
+void SurfaceWalk::JudgeRoots() {
+  kept_.clear();
+  PatchBlock roots;
+  Origins origins;
+  FillRoots(&roots, &origins);
+  kernels_.read(in_, &roots);
+  result_.places_read += kPatchLanes;
+  Judge(&roots, origins);
 }
 
 void SurfaceWalk::ReadByField(const std::vector<Opened>& opened) {
@@ -368,33 +429,31 @@ void SurfaceWalk::ReadByTriangles(const std::vector<Opened>& opened) {
   }
 }
 
-void SurfaceWalk::KeepUnopened(const std::vector<Opened>& opened) {
-  for (const Opened& o : opened) {
-    const auto add = [&](int sum, float value) { sums_.of[sum][0] += static_cast<double>(value); };
-    for (int i = 0; i < 3; ++i) {
-      add(PatchSums::kFx + i, o.force[i]);
-      add(PatchSums::kMx + i, o.moment[i]);
-    }
-    add(PatchSums::kVolume, o.volume);
-    add(PatchSums::kSquare, o.square);
-    add(PatchSums::kBias, o.bias);
-    sums_.of[PatchSums::kVariance][0] += static_cast<double>(o.deviation) * static_cast<double>(o.deviation);
-    if (!(o.volume > 0.0f)) continue;
-    ContactPatch& part = *NextPart();
-    const glm::vec3 slope(o.model[kModelSlope], o.model[kModelSlope + 1], o.model[kModelSlope + 2]);
-    for (int i = 0; i < 3; ++i) {
-      part.p_S[i] = o.model[kModelCentre + i];
-      part.n_G[i] = -glm::dot(slope, glm::vec3(in_.rotation[i][0], in_.rotation[i][1], in_.rotation[i][2]));
-      part.force_m3[i] = o.force[i];
-      part.moment_m4[i] = o.moment[i];
-    }
-    part.penetration_m = std::max(o.model[kModelDepth], 0.0f);
-    part.volume_m3 = o.volume;
-    part.square_m4 = o.square;
+void SurfaceWalk::KeepUnopened(const Opened& o) {
+  const auto add = [&](int sum, float value) { sums_.of[sum][0] += static_cast<double>(value); };
+  for (int i = 0; i < 3; ++i) {
+    add(PatchSums::kFx + i, o.force[i]);
+    add(PatchSums::kMx + i, o.moment[i]);
   }
+  add(PatchSums::kVolume, o.volume);
+  add(PatchSums::kSquare, o.square);
+  add(PatchSums::kBias, o.bias);
+  sums_.of[PatchSums::kVariance][0] += static_cast<double>(o.deviation) * static_cast<double>(o.deviation);
+  if (!(o.volume > 0.0f)) return;
+  ContactPatch& part = *NextPart();
+  const glm::vec3 slope(o.model[kModelSlope], o.model[kModelSlope + 1], o.model[kModelSlope + 2]);
+  for (int i = 0; i < 3; ++i) {
+    part.p_S[i] = o.model[kModelCentre + i];
+    part.n_G[i] = -glm::dot(slope, glm::vec3(in_.rotation[i][0], in_.rotation[i][1], in_.rotation[i][2]));
+    part.force_m3[i] = o.force[i];
+    part.moment_m4[i] = o.moment[i];
+  }
+  part.penetration_m = std::max(o.model[kModelDepth], 0.0f);
+  part.volume_m3 = o.volume;
+  part.square_m4 = o.square;
 }
 
-// Sets result_ but for is_accurate. False: places ran out.
+// Goes on from what the last pass kept. Sets result_ but for is_accurate. False: places ran out.
 bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
   in_.threshold_m3 = static_cast<float>(threshold_m3);
   in_.per_deviation = static_cast<float>(1.0 / deviation_m3);
@@ -409,12 +468,8 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
   num_exact_ = 0;
   num_parts_ = 0;
   bool is_whole = true;
-  PatchBlock roots;
-  Origins origins;
-  FillRoots(&roots, &origins);
-  kernels_.read(in_, &roots);
-  result_.places_read += kPatchLanes;
-  Judge(&roots, origins);
+  result_.passes == 0 ? JudgeRoots() : JudgeKept();
+  ++result_.passes;
   while (true) {
     ReadAgain();
     if (num_exact_ > 0) ReadExactDepths();
@@ -422,12 +477,7 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
     std::swap(now_, next_);
     next_.by_field.clear();
     next_.by_triangles.clear();
-    if (result_.places_read + CountPlaces() > most_places_) {
-      KeepUnopened(now_.by_field);
-      KeepUnopened(now_.by_triangles);
-      is_whole = false;
-      break;
-    }
+    is_whole = FitLevel() && is_whole;
     ReadByField(now_.by_field);
     ReadByTriangles(now_.by_triangles);
   }
@@ -514,26 +564,6 @@ void SurfaceWalk::AddParts(const PatchBlock& block) {
   }
 }
 
-void SurfaceWalk::KeepWhole() {
-  last_whole_ = result_;
-  last_lasting_m3_ = lasting_m3_;
-  std::swap(parts_, last_parts_);
-  num_last_parts_ = num_parts_;
-}
-
-void SurfaceWalk::TakeLastWhole() {
-  const std::uint64_t places = result_.places_read;
-  const std::uint64_t exact = result_.places_read_exactly;
-  const int passes = result_.passes;
-  result_ = last_whole_;
-  result_.passes = passes;
-  result_.places_read = places;
-  result_.places_read_exactly = exact;
-  lasting_m3_ = last_lasting_m3_;
-  std::swap(parts_, last_parts_);
-  num_parts_ = num_last_parts_;
-}
-
 const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends,
                                             const core::Pose& X_GS, const SurfaceGoal& goal, SurfaceMemory* memory) {
   S_ = &S;
@@ -553,34 +583,27 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
     threshold_m3 = memory->threshold_m3;
     carrying_m2 = memory->carrying_m2;
   }
-  bool has_whole = false;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
-    const std::uint64_t before = result_.places_read;
-    ++result_.passes;
+  while (result_.passes < kMostPasses) {
     // The field may take half of what is wanted.
     in_.most_field_error_m = static_cast<float>(kHalf * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
-    if (!Pass(threshold_m3, kHalf * wanted_m3 / kConfidence)) {
-      threshold_m3 *= kLooser;
-      if (has_whole) TakeLastWhole();
-      break;
-    }
+    const bool is_whole = Pass(threshold_m3, kHalf * wanted_m3 / kConfidence);
     wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
     carrying_m2 = result_.volume_m3 * result_.volume_m3 / std::max(result_.square_m4, 1e-300);
+    if (!is_whole) {
+      threshold_m3 *= kLooser;
+      break;
+    }
     // What opening can reach; where more than half of what is wanted stays whatever is opened, it is not worth while.
     const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, kHalf * wanted_m3);
     const double factor = reachable_m3 / std::max(result_.error_m3, 1e-300);
     if (factor >= 1.0) {
       // More than was asked for: the next query may do with less.
-      if (factor > kEnough) threshold_m3 *= std::min(kAim * factor, kLooser);
+      threshold_m3 *= std::clamp(kAim * factor * factor, 1.0, kLooser);
       break;
     }
-    // Another pass takes at least twice as many places.
-    if (result_.places_read + 2 * (result_.places_read - before) > most_places_) break;
-    KeepWhole();
-    has_whole = true;
     // Halving patches takes their shares to a sixteenth and the whole error to a quarter: thresholds go with its
     // square.
-    threshold_m3 *= std::clamp(kAim * factor * factor, kLeastStep, kMostStep);
+    threshold_m3 *= std::max(kAim * factor * factor, kLeastStep);
   }
   if (memory != nullptr) *memory = {threshold_m3, wanted_m3, carrying_m2};
   // No opening makes that smaller.

@@ -95,6 +95,16 @@ class SurfaceWalk {
   struct Level {
     std::vector<Opened> by_field, by_triangles;
   };
+  // What opening a patch of a level would take.
+  struct Asked {
+    float share;
+    std::uint64_t places;
+  };
+  // What the next pass may open.
+  struct Kept {
+    PatchesRead patches;
+    Origins origins;
+  };
 
   void SetPose(const core::Pose& X_GS);
   bool Pass(double threshold_m3, double deviation_m3);
@@ -108,15 +118,17 @@ class SurfaceWalk {
   void ReadOneByOne(PatchBlock* block);
   void SetSlope(const glm::vec3& gradient, int lane, PatchBlock* block) const;
   void Judge(PatchBlock* block, const Origins& origins);
+  void Keep(const PatchBlock& block, const Origins& origins);
+  void JudgeKept();
+  void JudgeRoots();
   void Put(const PatchBlock& block, const Origins& origins, int lane);
+  [[nodiscard]] float ShareOf(const Opened& o) const;
   [[nodiscard]] float deepest_exact_m() const;
   bool TakeSearch(float depth_m);
-  [[nodiscard]] std::uint64_t CountPlaces() const;
+  bool FitLevel();
   void PutAgain(const PatchBlock& block, const Origins& origins, int lane);
-  void KeepUnopened(const std::vector<Opened>& opened);
+  void KeepUnopened(const Opened& o);
 
-  void KeepWhole();
-  void TakeLastWhole();
   void AddParts(const PatchBlock& block);
   ContactPatch* NextPart();
   void SetDeepest(const PatchBlock& block, int lane);
@@ -129,8 +141,10 @@ class SurfaceWalk {
   PatchInput in_{};
   PatchSums sums_{};
   Level now_, next_;
-  std::vector<ContactPatch> parts_, last_parts_;
-  std::size_t num_parts_ = 0, num_last_parts_ = 0;
+  std::vector<Asked> asked_;
+  std::vector<Kept> kept_, last_kept_;
+  std::vector<ContactPatch> parts_;
+  std::size_t num_parts_ = 0;
   std::vector<PatchBlock> exact_;  // blocks whose depths are read by triangles together
   std::vector<Origins> exact_origins_;
   std::vector<FacetPoints> facet_points_;
@@ -140,8 +154,7 @@ class SurfaceWalk {
   int num_again_ = 0;
   std::size_t num_exact_ = 0;
   double lasting_m3_ = 0.0;  // of the last pass: error that no opening makes smaller
-  double last_lasting_m3_ = 0.0;
-  Result result_, last_whole_;
+  Result result_;
 };
 
 }  // namespace vps
