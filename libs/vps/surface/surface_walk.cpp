@@ -185,6 +185,7 @@ void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane)
     to.model[kModelSlope + i] = block.slope[i][lane];
     to.force[i] = block.force[i][lane];
     to.moment[i] = block.moment[i][lane];
+    to.area_vector[i] = block.node[kAreaVectorRow + i][lane];
   }
   to.model[kModelDepth] = block.depth[lane];
   for (int i = 0; i < 6; ++i) to.model[kModelBend + i] = block.bend[i][lane];
@@ -193,7 +194,6 @@ void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane)
     to.triangle = origins.triangles[lane];
     to.radius = block.node[kRadiusRow][lane];
     to.area = block.node[kAreaRow][lane];
-    for (int i = 0; i < 3; ++i) to.area_vector[i] = block.node[kAreaVectorRow + i][lane];
     for (int i = 0; i < 6; ++i) to.spread[i] = block.node[kSpreadRow + i][lane];
   } else {
     to.below = origins.below[lane];
@@ -448,9 +448,15 @@ void SurfaceWalk::KeepUnopened(const Opened& o) {
     part.force_m3[i] = o.force[i];
     part.moment_m4[i] = o.moment[i];
   }
-  part.penetration_m = std::max(o.model[kModelDepth], 0.0f);
+  const float depth_m = o.model[kModelDepth];
+  part.penetration_m = std::max(depth_m, 0.0f);
   part.volume_m3 = o.volume;
   part.square_m4 = o.square;
+  ++result_.patches_inside;
+  if (static_cast<double>(depth_m) <= result_.deepest_m) return;
+  result_.deepest_m = static_cast<double>(depth_m);
+  result_.deepest_p_S = part.p_S;
+  SetDeepestNormal({o.area_vector[0], o.area_vector[1], o.area_vector[2]});
 }
 
 // Goes on from what the last pass kept. Sets result_ but for is_accurate. False: places ran out.
@@ -530,9 +536,12 @@ void SurfaceWalk::SetDeepest(const PatchBlock& block, int lane) {
     }
   }
   result_.deepest_p_S = centre + from_centre;
-  const glm::vec3 A(block.node[kAreaVectorRow][lane], block.node[kAreaVectorRow + 1][lane],
-                    block.node[kAreaVectorRow + 2][lane]);
-  result_.deepest_n_S = A / std::max(glm::length(A), 1e-30f);
+  SetDeepestNormal(
+      {block.node[kAreaVectorRow][lane], block.node[kAreaVectorRow + 1][lane], block.node[kAreaVectorRow + 2][lane]});
+}
+
+void SurfaceWalk::SetDeepestNormal(const glm::vec3& area_vector) {
+  result_.deepest_n_S = area_vector / std::max(glm::length(area_vector), 1e-30f);
 }
 
 // One for each family.

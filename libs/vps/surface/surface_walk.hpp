@@ -83,8 +83,9 @@ class SurfaceWalk {
     bool is_flat;
     std::uint32_t below;  // the family of its children, unless it is flat
     SurfacePiece triangle;
-    // Of a flat one; and what it counts as itself if it is not opened after all.
-    float radius, area, area_vector[3], spread[6];
+    float radius, area, spread[6];  // of a flat one
+    // And what it counts as itself if it is not opened after all.
+    float area_vector[3];
     float force[3], moment[3], volume, square, bias, deviation;
   };
   // The lanes of a block: where their children are.
@@ -132,6 +133,7 @@ class SurfaceWalk {
   void AddParts(const PatchBlock& block);
   ContactPatch* NextPart();
   void SetDeepest(const PatchBlock& block, int lane);
+  void SetDeepestNormal(const glm::vec3& area_vector);
 
   const SurfaceTree* S_ = nullptr;
   const DistanceField* G_ = nullptr;

@@ -354,6 +354,7 @@ TEST(SurfaceWalk, TellsTheErrorOfAContactThatItsBudgetDoesNotSufficeFor) {
       EXPECT_LT(result.places_read, 2 * most);
       EXPECT_GT(result.error_m3, 1e-3 * result.volume_m3);
       EXPECT_LT(glm::length(result.force_m3 - whole.force_m3), 2.0 * result.error_m3);
+      EXPECT_NEAR(result.deepest_m, whole.deepest_m, 0.25 * whole.deepest_m);
     }
   }
 }
