@@ -587,11 +587,16 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   double wanted_m3 = goal.accuracy * S.area_m2 * G.voxel_size_m;
   double threshold_m3 = wanted_m3 / kConfidence;
   double carrying_m2 = 0.0;
-  if (memory != nullptr && memory->threshold_m3 > 0.0) {
+  std::uint64_t affordable_places = 0;
+  const bool is_known = memory != nullptr && memory->threshold_m3 > 0.0;
+  if (is_known) {
     wanted_m3 = memory->wanted_m3;
     threshold_m3 = memory->threshold_m3;
     carrying_m2 = memory->carrying_m2;
+    affordable_places = memory->affordable_places;
   }
+  double whole_threshold_m3 = 0.0;
+  std::uint64_t whole_places = 0;
   while (result_.passes < kMostPasses) {
     // The field may take half of what is wanted.
     in_.most_field_error_m = static_cast<float>(kHalf * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
@@ -599,22 +604,39 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
     wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
     carrying_m2 = result_.volume_m3 * result_.volume_m3 / std::max(result_.square_m4, 1e-300);
     if (!is_whole) {
-      threshold_m3 *= kLooser;
+      // The next query begins with the pass before, if there is one. Of a known contact that pass is its last.
+      threshold_m3 = whole_places > 0 ? whole_threshold_m3 : kLooser * threshold_m3;
+      affordable_places = is_known ? whole_places : 0;
       break;
     }
+    whole_threshold_m3 = threshold_m3;
+    whole_places = result_.places_read;
     // What opening can reach; where more than half of what is wanted stays whatever is opened, it is not worth while.
     const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, kHalf * wanted_m3);
     const double factor = reachable_m3 / std::max(result_.error_m3, 1e-300);
     if (factor >= 1.0) {
       // More than was asked for: the next query may do with less.
       threshold_m3 *= std::clamp(kAim * factor * factor, 1.0, kLooser);
+      affordable_places = 0;
       break;
     }
     // Halving patches takes their shares to a sixteenth and the whole error to a quarter: thresholds go with its
     // square.
-    threshold_m3 *= std::max(kAim * factor * factor, kLeastStep);
+    double step = std::max(kAim * factor * factor, kLeastStep);
+    if (is_known) {
+      // A contact that needs more than its budget keeps from query to query the threshold that this suffices for: its
+      // force would step with what happens to be opened last. Halving patches takes four times as many places: their
+      // number goes with one over the root of the threshold. What was too much is tried again where this pass reads
+      // half of what it did then.
+      const double filled = static_cast<double>(whole_places) / (kAim * static_cast<double>(most_places_));
+      const bool was_too_much = affordable_places > 0 && 2 * whole_places > affordable_places;
+      if (was_too_much) affordable_places = std::max(affordable_places, whole_places);
+      if (was_too_much || filled * filled > kAim) break;
+      step = std::max(step, filled * filled);
+    }
+    threshold_m3 *= step;
   }
-  if (memory != nullptr) *memory = {threshold_m3, wanted_m3, carrying_m2};
+  if (memory != nullptr) *memory = {threshold_m3, wanted_m3, carrying_m2, affordable_places};
   // No opening makes that smaller.
   result_.error_m3 += lasting_m3_;
   result_.is_accurate = result_.error_m3 <= wanted_m3;

@@ -359,6 +359,29 @@ TEST(SurfaceWalk, TellsTheErrorOfAContactThatItsBudgetDoesNotSufficeFor) {
   }
 }
 
+// A remembered contact that needs more than its budget keeps its threshold, so that what is opened, and with it the
+// force, goes on smoothly: from micrometre to micrometre it changes as it does where the budget suffices, or by 0.2 %.
+TEST(SurfaceWalk, DoesNotStepWhereARememberedContactNeedsMoreThanItsBudget) {
+  const TriangleMesh torus = MakeTorus(0.03, 0.012, 64, 32);
+  Pair pair(torus, torus, 1e-3);
+  for (const std::uint64_t most : {300U, 600U, 1200U}) {
+    SurfaceMemory memory;
+    glm::dvec3 last(0.0);
+    int steps = 0, ended = 0;
+    for (int i = 0; i < 400; ++i) {
+      const core::Pose X{core::QuaternionFromRotationVector({0.7, 0.2, 0.1}), {0.07 + 1e-6 * i, 0.01, 0.002}};
+      const auto result = pair.Run(X, {.accuracy = 1e-3, .most_places = most}, &memory);
+      if (i > 20) {
+        ended += !result.is_accurate;
+        steps += glm::length(result.force_m3 - last) > 0.002 * glm::length(last);
+      }
+      last = result.force_m3;
+    }
+    EXPECT_EQ(ended, 379) << most;
+    EXPECT_LE(steps, 2) << most;
+  }
+}
+
 // It is spent where the error is: with the places that a lower accuracy took, a higher one gets nearly as far.
 // Near the surface: it searches more of what is deep.
 TEST(SurfaceWalk, GetsNearlyAsFarWithABudgetAsAnAccuracyThatTakesAsMuch) {
