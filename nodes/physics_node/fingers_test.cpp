@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
+#include <vector>
 
 #include "core/clock.hpp"
 #include "nodes/physics_node/physics_node.hpp"
@@ -160,13 +162,17 @@ TEST_P(Fingers, LetGoWhereFrictionNoLongerHolds) {
   ASSERT_GT(hand.Press_N(), limit_N);
   const double height_m = hand.X_DBlock().translation.z;
   double opening_m = 0.044;
-  double press_N = 0.0;
+  std::vector<double> presses_N;
   while (hand.X_DBlock().translation.z > height_m - 5e-4 && opening_m < kBlock_m) {
-    press_N = hand.Press_N();
+    presses_N.push_back(hand.Press_N());
     opening_m += 1e-6;
     hand.Close(opening_m, 1e-3);
   }
-  EXPECT_NEAR(press_N / limit_N, 1.0, 0.05);
+  // The mean while it slips: single forces are good to the accuracy of the scenario, a tenth.
+  constexpr std::size_t kSlip_ms = 50;
+  ASSERT_GT(presses_N.size(), kSlip_ms);
+  const double press_N = std::accumulate(presses_N.end() - kSlip_ms, presses_N.end(), 0.0) / kSlip_ms;
+  EXPECT_NEAR(press_N / limit_N, 1.0, 0.03);
 }
 
 TEST_P(Fingers, DropTheBlockAtHalfTheGrip) {
