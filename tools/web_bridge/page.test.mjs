@@ -51,12 +51,16 @@ const opened = async (address, options) => {
   return page;
 };
 
-// Presses again where the page says that a node of a busy machine did not answer in time, as a person would.
+// Presses again where the page says that a node of a busy machine did not answer in time, or is not there yet, as a
+// person would.
 async function setUntilAnswered(page, wanted, press) {
   for (let said = ""; said !== wanted;) {
     await page.evaluate(() => { document.getElementById("link").textContent = ""; });
     await press();
-    await page.waitForFunction((text) => [text, "did not answer in time"].some((end) => document.getElementById("link").textContent.endsWith(end)), wanted);
+    await page.waitForFunction((text) => {
+      const now = document.getElementById("link").textContent;
+      return now === text || now.endsWith("did not answer in time") || now.includes("no live node is called");
+    }, wanted);
     said = await page.evaluate(() => document.getElementById("link").textContent);
   }
 }
