@@ -359,8 +359,8 @@ TEST(SurfaceWalk, TellsTheErrorOfAContactThatItsBudgetDoesNotSufficeFor) {
   }
 }
 
-// A remembered contact that needs more than its budget keeps its threshold, so that what is opened, and with it the
-// force, goes on smoothly: from micrometre to micrometre it changes as it does where the budget suffices, or by 0.2 %.
+// It keeps its threshold, so that the same patches are opened from micrometre to micrometre and the force changes by
+// less than 0.2 %, but for the first times.
 TEST(SurfaceWalk, DoesNotStepWhereARememberedContactNeedsMoreThanItsBudget) {
   const TriangleMesh torus = MakeTorus(0.03, 0.012, 64, 32);
   Pair pair(torus, torus, 1e-3);
