@@ -186,7 +186,7 @@ def page(root):
         "",
         f"## Tuned: {count['tuned']}",
         "",
-        f"At most 25 are wanted. {unnamed} of them have no name of their own: they stand in the expression that is quoted.",
+        f"At most 25 are wanted. Without a name of its own, quoted with the expression in which it stands: {unnamed}.",
         "",
     ]
     if by_name:

@@ -48,7 +48,7 @@ Verb AtmosphereVerb() {
       0,
       {{"--out", "DIR", "default: the cache, where visual_node finds it"}},
       RunAtmosphere,
-      "Half a minute of one core, once. A viewer computes it, too, in the background; pictures without a session have "
+      "Half a minute of processor time, once, on all cores. A viewer computes it, too, in the background; pictures without a session have "
       "no air until it is there."};
 }
 
