@@ -86,6 +86,10 @@ class FieldBuilder {
     FillCoarse();
     ComputeMeanDepths(&field_);
     FillBricks();
+    if (field_.creases.size() / kPlanesPerCrease > kMaxCreases) {
+      return core::Fail(core::ErrorCode::kResource,
+                        "the field has more creases than its words can name; use larger voxels");
+    }
     bins_ = {};
     ComputeBrickTraits(*triangles_, &field_);
     field_.words.shrink_to_fit();

@@ -30,7 +30,7 @@ struct PairEntry {
   double free_m = 0.0;  // found by Test
   TouchMemory touch_memory;
   FieldWalkMemory walk_memory;
-  std::uint32_t points_due = 0;   // that its last walk would have tested without a budget
+  std::uint32_t points_due = 0;   // that its last query would have tested without a budget
   std::uint32_t most_points = 0;  // its share of this step's budget; 0: no limit
   // Of a pair with gaps; else null.
   const TouchPoints* touch = nullptr;
@@ -164,6 +164,9 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       name + ": the field object has no voxelmap; give it a voxel size");
   }
+  if (pairs.size() > PairOfHandPlane(~0U)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, name + ": more pairs than ids of planes can name");
+  }
   if (!(pair.look_ahead_m >= 0.0) || !(pair.stiffness_N_per_m >= 0.0)) {
     return core::Fail(core::ErrorCode::kInvalidInput, name + ": look-ahead and stiffness must not be negative");
   }
@@ -216,6 +219,7 @@ void CollisionWorld::SetActive(std::size_t i, bool is_active) {
   if (pair.description.is_active == is_active) return;
   pair.description.is_active = is_active;
   pair.ClearResult();
+  pair.touch_memory = {};
   w.SetPhase(i, is_active ? PairState::kFar : PairState::kInactive);
   w.num_inactive += is_active ? -1U : 1U;
   if (is_active) {
@@ -233,6 +237,7 @@ void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
   PairEntry& pair = impl_->pairs[i];
   pair.description.stiffness_N_per_m = stiffness_N_per_m;
   pair.is_current = false;
+  pair.touch_memory.apart_m = 0.0;  // what is negligible depends on the stiffness
   if (pair.description.is_active) impl_->schedule.Wake(i);
 }
 
@@ -272,10 +277,11 @@ void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
   phases[i] = phase;
 }
 
-// Far pairs' entries are left as they are: a result without planes, of the last cycle in which the pair was near.
+// Far pairs' entries are not touched again: what they had was cleared when they went far.
 void CollisionWorld::Impl::SetApart(std::size_t i, double free_m) {
   if (phases[i] != PairState::kFar) {
     pairs[i].ClearResult();
+    pairs[i].touch_memory.coarseness = 0;  // a contact starts with all samples
     SetPhase(i, PairState::kFar);
   }
   schedule.Rest(i, free_m);
@@ -384,7 +390,7 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.points_due = memory->points_due;
 }
 
-// Distributes the budget in proportion to the points that each pair's last walk had to test; at least kSmall are
+// Distributes the budget in proportion to the points that each pair's last query had to test; at least kSmall are
 // assumed, and for pairs that have not been tested yet. Not derived.
 void CollisionWorld::Impl::ShareOut(std::uint64_t budget_points) {
   constexpr std::uint32_t kSmall = 1024;
@@ -435,8 +441,8 @@ void CollisionWorld::Impl::Take(std::size_t i) {
     pair.is_current = false;
     schedule.Wake(i);
     ++report.pairs_late;
-    report.oldest_result_cycles =
-        std::max(report.oldest_result_cycles, static_cast<std::uint32_t>(cycle - pair.result.cycle));
+    const std::uint64_t age = pair.result.cycle == 0 ? 0 : cycle - pair.result.cycle;
+    report.oldest_result_cycles = std::max(report.oldest_result_cycles, static_cast<std::uint32_t>(age));
     return;
   }
   pair.is_current = true;
@@ -631,15 +637,6 @@ std::array<std::uint32_t, kNumPairStates> CollisionWorld::CountStates() const {
   std::array<std::uint32_t, kNumPairStates> counts{};
   for (std::size_t i = 0; i < num_pairs(); ++i) ++counts[static_cast<std::size_t>(state(i))];
   return counts;
-}
-bool CollisionWorld::AreColliding(std::size_t object_a, std::size_t object_b) const {
-  bool are_colliding = false;
-  impl_->touching.ForEach([&](std::size_t i) {
-    const std::size_t s = impl_->schedule.a(i);
-    const std::size_t g = impl_->schedule.b(i);
-    are_colliding |= (s == object_a && g == object_b) || (s == object_b && g == object_a);
-  });
-  return are_colliding;
 }
 const core::Wrench& CollisionWorld::ObjectWrench(std::size_t object) const {
   return impl_->F_Oo_W[object];

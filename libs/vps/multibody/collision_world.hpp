@@ -33,7 +33,7 @@ struct PairDescription {
   double friction = 0.2;
   double look_ahead_m = 0.002;
   // `fast`: wanted error of the force over the integral of depth, and the most places of G's field that are read for it
-  // (SurfaceWalk; 25 to 35 ns each). An error of negligible_N does not count: below what a hand feels, and far below
+  // (SurfaceWalk). An error of negligible_N does not count: below what a hand feels, and far below
   // what moves a part. PairResult::force_error_N tells what was reached.
   double accuracy = 0.1;
   double negligible_N = 0.01;
@@ -64,8 +64,6 @@ struct PairResult {
   bool is_in_contact = false;
   bool is_cut_short = false;       // `fast`: less accurate than wanted: a budget ran out
   double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
-  glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
-  glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
   PenetrationSum f_So_S;           // scaled by lambda (Eq. 1, 2) or AreaScale, about S's mesh origin, in S
   double force_error_N = 0.0;      // `fast`: estimate of |F_So_W - the exact one|
   core::Wrench F_So_W;             // stiffness times that, in W: the paper's wrench on S; G gets the opposite
@@ -100,7 +98,7 @@ struct StepReport {
   std::uint32_t pairs_unchanged = 0;  // relative pose bitwise the same: the result was kept
   std::uint32_t pairs_tested = 0;     // by their trees
   std::uint32_t pairs_in_contact = 0;
-  std::uint32_t pairs_cut_short = 0;       // tested, with fewer points than they have near
+  std::uint32_t pairs_cut_short = 0;       // tested, less accurately than wanted: a budget ran out
   std::uint32_t pairs_late = 0;            // deferred to the next cycle: out of time
   std::uint32_t oldest_result_cycles = 0;  // greatest age of a result that should have been renewed
   QueryCounters counters;                  // of the pairs tested in this step
@@ -148,8 +146,6 @@ class CollisionWorld {
   [[nodiscard]] std::array<std::uint32_t, kNumPairStates> CountStates() const;
   // True when result(pair) was computed (or confirmed as unchanged) by the last Step.
   [[nodiscard]] bool is_fresh(std::size_t pair) const;
-  // Collision matrix entry of an object pair (either order).
-  [[nodiscard]] bool AreColliding(std::size_t object_a, std::size_t object_b) const;
   // Penalty wrench summed over the object's active pairs in pair order, about its mesh origin, in W.
   [[nodiscard]] const core::Wrench& ObjectWrench(std::size_t object) const;
 

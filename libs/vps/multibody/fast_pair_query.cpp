@@ -101,20 +101,18 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
 // The deepest place: of the samples, or of what was integrated.
 struct Deepest {
   double depth_m = 0.0;
-  glm::dvec3 p_S{0.0}, n_S{0.0};
+  glm::dvec3 p_S{0.0};
 };
 
 Deepest DeepestSample(const SampleTree& sampled, const FieldWalkResult& walk) {
-  const PointBlock& block = sampled.points[walk.deepest_point / kBlock];
-  const std::uint32_t k = walk.deepest_point % kBlock;
-  return {walk.deepest_m, PointOf(block, k), glm::dvec3(block.nx[k], block.ny[k], block.nz[k])};
+  return {walk.deepest_m, PointOf(sampled.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock)};
 }
 
-// The integral of a pair whose memory says so is not asked for: zeros.
+// Zeros where the memory proves that nothing touches.
 //
 // What was apart with G larger by an offset is apart until a place of S has moved by it (distances are 1-Lipschitz).
 // A share u of that is used: then a place that touches was inside the larger G by the rest, and so an error e of that
-// query hides an area of at most e / ((1 - u) offset). As a contact it is negligible up to a depth of kUnfelt. u (1 -
+// query hides an area of at most e / ((1 - u) offset). As a contact it is negligible up to a depth of kUnfelt_m. u (1 -
 // u), how far S may go for that error, is greatest at one half. An offset that fails is retried smaller, and later: a
 // query that proves nothing is lost.
 const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_GS, const SurfaceGoal& goal,
@@ -126,13 +124,15 @@ const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_G
   constexpr double kSmaller = 0.25, kLarger = 1.5;
   TouchMemory* const memory = scratch->memory;
   const auto run = [&](const SurfaceGoal& of, SurfaceMemory* with) -> const SurfaceWalk::Result& {
-    return scratch->surface.Run(parts.surface, parts.field, parts.bends, X_GS, of, with);
+    scratch->places_read += scratch->surface.Run(parts.surface, parts.field, parts.bends, X_GS, of, with).places_read;
+    return scratch->surface.result();
   };
   if (memory == nullptr) return run(goal, nullptr);
   const SampleTree& samples = parts.samples;
   if (memory->apart_m > 0.0) {
     const core::Pose& before = memory->X_GS;
-    const double moved_m = MotionBound(before, before * samples.centre_m, X_GS, samples.centre_m, samples.radius_m);
+    const double moved_m =
+        MotionBound(before, before * samples.centre_m, X_GS, samples.centre_m, samples.radius_m + samples.reach_m);
     if (moved_m < memory->apart_m) return scratch->surface.ClearResult();
     memory->apart_m = 0.0;
   }
@@ -143,7 +143,7 @@ const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_G
   } else if (offset_m > kLeastOffset * parts.field.voxel_size_m) {
     SurfaceGoal larger = goal;
     larger.offset_m = offset_m;
-    larger.negligible_m3 *= std::max(1.0, kUsedShare * offset_m / kUnfelt_m);
+    larger.negligible_m3 *= std::max(1.0, (1.0 - kUsedShare) * offset_m / kUnfelt_m);
     const SurfaceWalk::Result& result = run(larger, &memory->apart);
     if (result.is_accurate && !(result.volume_m3 > result.error_m3)) {
       memory->X_GS = X_GS;
@@ -220,6 +220,13 @@ SampleError ErrorOfSamples(const FastPair& parts, const core::Pose& X_GS, const 
   return error;
 }
 
+// At most, by samples that a budget left out: the deepest were tested. It does not weigh the estimates: short of time a
+// contact that is too weak is better than none.
+double LeftOut_m3(const SampleTree& samples, const FieldWalkResult& walk) {
+  const std::uint32_t count = walk.is_cut_short ? walk.points_due - walk.points_tested : 0;
+  return count * (samples.area_m2 / samples.num_points) * std::max(walk.deepest_m, 0.0);
+}
+
 // The error that the samples' estimate may have.
 double WantedOfSamples_m3(const FastPair& parts, const PairDescription& pair, double rho, const FieldWalkResult& walk) {
   return std::max(Negligible_m3(parts, pair, rho), pair.accuracy * walk.volume_m3);
@@ -289,7 +296,7 @@ double ExactDepth_m(const DistanceField& field, const core::Pose& X_GS, const De
 // The models of the patches overestimate their greatest depth: the field is asked again.
 Deepest DeeperOf(const FastPair& parts, const core::Pose& X_GS, const SurfaceWalk::Result& surface,
                  const Deepest& sample) {
-  Deepest place{0.0, glm::dvec3(surface.deepest_p_S), glm::dvec3(surface.deepest_n_S)};
+  Deepest place{0.0, glm::dvec3(surface.deepest_p_S)};
   const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(surface.deepest_p_S);
   place.depth_m = -static_cast<double>(SampleField(parts.field, p).distance) * parts.field.voxel_size_m;
   return place.depth_m > sample.depth_m ? place : sample;
@@ -354,12 +361,14 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
   // How much the samples alone decide: wholly while their error is at most the wanted one, not at all from twice it on.
   const double sureness = std::clamp(2.0 - error.sum_m3() / wanted_of_samples_m3, 0.0, 1.0);
+  scratch->places_read = 0;
   const SurfaceWalk::Result& surface =
       sureness < 1.0 ? RunTouch(parts, X_GS, goal, scratch) : scratch->surface.ClearResult();
-  const auto points = static_cast<std::uint32_t>(surface.places_read) * kPointsOfPlace;
+  const auto points = static_cast<std::uint32_t>(scratch->places_read) * kPointsOfPlace;
   result->counters.points_tested += points;
-  scratch->points_due += surface.is_accurate ? points : 2 * points;
+  scratch->points_due += surface.is_accurate ? points : 2 * points;  // as much again: not derived
   scratch->touch = Combine(surface, walk, error.sum_m3(), sureness);
+  scratch->touch.error_m3 += scratch->touch.share_of_samples * LeftOut_m3(parts.samples, walk);
   const TouchIntegral& touch = scratch->touch;
   if (scratch->memory != nullptr) {
     ChooseCoarseness(parts, walk, touch.is_contact(), error, wanted_of_samples_m3, scratch->memory);
@@ -386,7 +395,11 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
     const std::uint32_t finer_by_one = parts.coarseness - 1;
     const FastPair finer = {
         parts.sampled->SamplesAt(finer_by_one), parts.surface, parts.field, parts.bends, parts.sampled, finer_by_one};
-    return QueryFastPair(finer, X_WS, X_GS, pair, rho, scratch, result);
+    const QueryCounters spent = result->counters;
+    const double free_m = QueryFastPair(finer, X_WS, X_GS, pair, rho, scratch, result);
+    result->counters.spheres_tested += spent.spheres_tested;
+    result->counters.points_tested += spent.points_tested;
+    return free_m;
   }
   IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);
   const TouchIntegral& touch = scratch->touch;
@@ -408,8 +421,6 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
     }
   }
   result->signed_distance_m = touch.is_contact() ? -deepest.depth_m : std::max(0.0, -deepest.depth_m);
-  result->deepest_p_S = deepest.p_S;
-  result->deepest_n_S = deepest.n_S / std::max(glm::length(deepest.n_S), 1e-12);
   num_patches =
       AddNearPatches(parts, X_GS, scratch->walk, walk, pair.look_ahead_m, touch, scratch->patches.data(), num_patches);
   ReducePatches({scratch->patches.data(), num_patches}, X_GS, load, pair.stiffness_N_per_m, pair.look_ahead_m,

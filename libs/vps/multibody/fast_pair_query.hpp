@@ -25,7 +25,7 @@ struct FastPair {
   const SurfaceTree& surface;
   const DistanceField& field;
   const FieldBends& bends;
-  // Of `samples`: CookedObject::SamplesAt of S. Null: there are no others.
+  // The object whose SamplesAt(coarseness) these are. Null: it has no others.
   const CookedObject* sampled = nullptr;
   std::uint32_t coarseness = 0;
 };
@@ -43,7 +43,7 @@ struct TouchIntegral {
   [[nodiscard]] bool is_contact() const { return volume_m3 > 0.0; }
 };
 
-// Memory of a query, allocated once; serves these trees and smaller ones.
+// Memory of a query, allocated once; serves this tree and smaller ones.
 struct FastPairScratch {
   explicit FastPairScratch(const SampleTree& tree) : walk(tree), patches(kMaxPatches) {}
   FieldWalkScratch walk;
@@ -52,11 +52,14 @@ struct FastPairScratch {
   std::vector<ContactPatch> patches;
   std::unique_ptr<GapScratch> gaps;  // FinishGapPair needs it
   TouchMemory* memory = nullptr;     // null: each query starts anew
-  std::uint32_t most_points = 0;  // budget of the whole query, in points of the walk; 0: the pair's most_places alone
+  // Budget in points of the walk, of each walk with what its surface takes, or a proof; 0: the pair's most_places
+  // alone.
+  std::uint32_t most_points = 0;
   // Of the last query.
   TouchIntegral touch;
   bool is_cut_short = false;     // a budget ran out
   std::uint32_t points_due = 0;  // that it would have tested without a budget
+  std::uint64_t places_read = 0;
 };
 
 // Of time, a place that SurfaceWalk reads takes about as much as so many points of a walk. Measured: 25 to 35 ns
@@ -80,8 +83,8 @@ inline double AreaScale(double volume_m3, double square_m4, double area_m2, doub
 
 // QueryPair's counterpart for `fast`: one pair, from poses to forces and planes. Same results and same meaning of the
 // return value, but for the planes' stiffness: a modulus times area here (ReducePatches). S's samples find what is near
-// G (WalkField); what touches is integrated over S's surface to the pair's accuracy (SurfaceWalk). Where its budget
-// does not suffice, the samples' own estimate counts by as much as it is surer.
+// G and give a first estimate (WalkField). Where that is not accurate enough, what touches is integrated over S's
+// surface (SurfaceWalk), and of the two estimates the surer one counts more.
 double QueryFastPair(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS, const PairDescription& pair,
                      double rho, FastPairScratch* scratch, PairResult* result);
 

@@ -28,7 +28,10 @@ class Engine {
     QueryFastPair(FastPairOf(S_, G_, memory_), X_AB, X_AB, pair, 0.01, &scratch_, &result_);
     return result_;
   }
+  // Of points, for the walk and for what the surface takes.
+  void SetBudget(std::uint32_t most_points) { scratch_.most_points = scratch_.walk.most_points = most_points; }
   [[nodiscard]] const TouchIntegral& touch() const { return scratch_.touch; }
+  [[nodiscard]] bool is_cut_short() const { return scratch_.is_cut_short; }
   [[nodiscard]] std::uint32_t samples_tested() const { return scratch_.found.points_tested; }
   PairDescription pair;
 
@@ -176,9 +179,11 @@ TEST(FastPair, PlanesKeepTheWrenchWithinOnePercent) {
   for (const ContactCase& c : {BallCase(8), ToriCase(8), PegCase(8)}) {
     Engine engine(c.A, c.B, c.voxel_size_m, 4096);
     const Box box = BoundingBox(c.B);
+    int num_touching = 0;
     for (const core::Pose& X_AB : c.poses) {
       const PairResult& result = engine.Query(X_AB);
       if (!result.is_in_contact) continue;
+      ++num_touching;
       core::Wrench planes;
       for (const core::ContactPlane& plane : result.planes) {
         const glm::dvec3 n(plane.n_G);
@@ -194,11 +199,31 @@ TEST(FastPair, PlanesKeepTheWrenchWithinOnePercent) {
                 0.01 * force * 0.25 * glm::length(box.upper - box.lower))
           << c.name;
     }
+    EXPECT_GE(num_touching, 4) << c.name;
   }
 }
 
-// With less accuracy fewer places are read, with a budget no more than that many; both say so.
-TEST(FastPair, ReadsNoMoreThanItsAccuracyAndBudgetAsk) {
+// What a budget has left out of the walk is not known, and counts as an error.
+TEST(FastPair, ErrorCountsWhatABudgetLeftOut) {
+  const double R = 0.01;
+  const double c = 5e-5;
+  const double L = 0.03;
+  const double e = 2e-4;
+  const double phi = std::acos(c / e);
+  const double force = R * L * (e * (phi + std::sin(phi) * std::cos(phi)) - 2.0 * c * std::sin(phi));
+  Engine engine(MakeBlockWithHole(0.04, L, R + c, 256), MakeCylinder(R, 0.04, 256), 2.5e-4, 16384);
+  for (const std::uint32_t budget : {1200U, 2400U, 4800U}) {
+    engine.SetBudget(budget);
+    const PairResult& result = engine.Query({{1, 0, 0, 0}, {e, 0.0, 0.0}});
+    EXPECT_TRUE(engine.is_cut_short()) << budget;
+    EXPECT_TRUE(result.is_in_contact) << budget;
+    EXPECT_LE(glm::length(engine.touch().force_m3 - glm::dvec3(-force, 0.0, 0.0)), 2.0 * engine.touch().error_m3)
+        << budget << ' ' << engine.touch().force_m3.x / force << ' ' << engine.touch().error_m3 / force;
+  }
+}
+
+// With more accuracy more places are read, with a budget no more than that many, and the result says so.
+TEST(FastPair, ReadsMoreForMoreAccuracyAndNoMoreThanItsBudget) {
   const TriangleMesh torus = MakeTorus(0.03, 0.012, 64, 32);
   const core::Pose X{core::QuaternionFromRotationVector({0.7, 0.2, 0.1}), {0.07, 0.01, 0.002}};
   std::uint64_t before = 0;
@@ -215,6 +240,7 @@ TEST(FastPair, ReadsNoMoreThanItsAccuracyAndBudgetAsk) {
   engine.pair.most_places = 512;
   const PairResult& result = engine.Query(X);
   EXPECT_LE(result.counters.points_tested, 4096U + 512U * kPointsOfPlace);
+  EXPECT_TRUE(engine.is_cut_short());
   EXPECT_GT(result.force_error_N, 0.001 * glm::length(result.F_So_W.force_N));
 }
 

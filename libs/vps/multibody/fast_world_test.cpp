@@ -110,6 +110,36 @@ TEST(FastWorld, RestsWhileApartAndNeverLate) {
   EXPECT_GT(num_in_contact, 50U);
 }
 
+// What it remembers of its last contact does not count.
+TEST(FastWorld, APairThatIsSwitchedOnAgainIsAsNew) {
+  WorldDescription description;
+  description.method = Method::kFast;
+  description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0), {}},
+                         {Cooked(MakeTorus(0.03, 0.012, 48, 24), 0, 4000), {}}};
+  description.pairs = {{.sampled = 1, .field = 0, .accuracy = 0.001, .negligible_N = 0.0}};
+  const auto used = *CollisionWorld::Create(description);
+  const auto fresh = *CollisionWorld::Create(description);
+  core::SerialFor serial;
+  for (int i = 0; i < 60; ++i) {
+    used->SetPose(1, At(1e-4 * i, 0, 0.0325 - 2e-5 * i, {0.3, 0.1, 0}));
+    used->Step(&serial);
+  }
+  used->SetActive(0, false);
+  used->Step(&serial);
+  used->SetActive(0, true);
+  for (const double depth_m : {1e-4, 2e-4, 1e-3}) {
+    const core::Pose X = At(0, 0, 0.0399 - depth_m, {0.5, 0.2, 0});
+    for (CollisionWorld* const world : {used.get(), fresh.get()}) {
+      world->SetPose(1, X);
+      world->Step(&serial);
+    }
+    ASSERT_TRUE(fresh->result(0).is_in_contact);
+    EXPECT_EQ(used->result(0).F_So_W.force_N, fresh->result(0).F_So_W.force_N) << depth_m;
+    EXPECT_EQ(used->result(0).force_error_N, fresh->result(0).force_error_N) << depth_m;
+    EXPECT_EQ(used->result(0).counters.points_tested, fresh->result(0).counters.points_tested) << depth_m;
+  }
+}
+
 // A ball rolls on a plate. Where it lay has a plane for as long as the tool keeps it, though others are nearer by then;
 // else it gives its plane up.
 TEST(FastWorld, APlaceThatCarriesKeepsItsPlane) {

@@ -91,8 +91,8 @@ struct GapQuery {
 // Planes of gaps, and the least of them.
 class PlaneWriter {
  public:
-  PlaneWriter(const GapScene& scene, double stiffness_N_per_m, GapPlanes* gaps, PairResult* result)
-      : scene_(scene), stiffness_N_per_m_(static_cast<float>(stiffness_N_per_m)), gaps_(*gaps), result_(*result) {}
+  PlaneWriter(const GapScene& scene, double stiffness_N_per_m, GapPlanes* gaps)
+      : scene_(scene), stiffness_N_per_m_(static_cast<float>(stiffness_N_per_m)), gaps_(*gaps) {}
 
   void Add(Gaps found, std::size_t s) {
     GapPlanes::Slot& slot = gaps_.slots[s];
@@ -118,23 +118,19 @@ class PlaneWriter {
     plane.q_G = glm::vec3(p_G - gap.height * voxel_m * gap.n);
     plane.stiffness_N_per_m = stiffness_N_per_m_;
     gaps_.planes.push_back(plane);
-    if (gap.height * voxel_m >= least_m_) return;
-    least_m_ = gap.height * voxel_m;
-    result_.deepest_p_S = glm::dvec3(plane.p_S);
-    result_.deepest_n_S = glm::conjugate(scene_.X_GS.rotation) * gap.n;
+    least_m_ = std::min(least_m_, gap.height * voxel_m);
   }
 
   const GapScene& scene_;
   const float stiffness_N_per_m_;
   GapPlanes& gaps_;
-  PairResult& result_;
   std::size_t num_others_ = 0;
   double least_m_ = std::numeric_limits<double>::infinity();
 };
 
 // Replaces the planes; returns the least gap.
 double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const FastPairScratch& scratch,
-                     GapScratch* now, GapPlanes* gaps, PairResult* result) {
+                     GapScratch* now, GapPlanes* gaps) {
   const auto margin = static_cast<float>(pair.look_ahead_m / scene.field.voxel_size_m);
   GapQuery query{scene, {scene.S, scratch.walk, scratch.found, margin}, *now};
   FillBins(scene, query.near, &now->bins);
@@ -142,7 +138,7 @@ double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const F
   query.MeasureNearest();
   query.MeasureCorners();
   ChoosePlaces(scene, query.near, gaps, now);
-  PlaneWriter writer(scene, pair.stiffness_N_per_m, gaps, result);
+  PlaneWriter writer(scene, pair.stiffness_N_per_m, gaps);
   for (const GapCandidate& candidate : now->candidates) {
     const Gaps found = query.GapsOf(candidate);
     if (found.least.is_found) writer.Add(found, static_cast<std::size_t>(candidate.slot));  // else it faces away
@@ -164,8 +160,7 @@ double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core
   gaps->planes.clear();
   result->planes.clear();
   ClearTouch(scratch, result);
-  const double least_m =
-      MeasurePlanes(GapScene(touch, parts.field, X_GS), pair, *scratch, scratch->gaps.get(), gaps, result);
+  const double least_m = MeasurePlanes(GapScene(touch, parts.field, X_GS), pair, *scratch, scratch->gaps.get(), gaps);
   result->signed_distance_m = std::min(least_m, pair.look_ahead_m);
   result->is_in_contact = least_m < 0.0;
   if (result->is_in_contact) IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);

@@ -32,9 +32,6 @@ double QueryPair(const PointTree& sampled, const Voxmap& field, const core::Pose
     total.moment_m2 += glm::cross(glm::dvec3(sampled.x[k], sampled.y[k], sampled.z[k]), f);
   }
   result->signed_distance_m = -static_cast<double>(query.max_penetration_m);
-  const std::uint32_t d = deepest.point;
-  result->deepest_p_S = glm::dvec3(sampled.x[d], sampled.y[d], sampled.z[d]);
-  result->deepest_n_S = glm::dvec3(sampled.nx[d], sampled.ny[d], sampled.nz[d]);
   result->f_So_S = ForceScale(query.num_colliding, sampled.num_points, rho, alpha) * total;
   result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
 

@@ -156,11 +156,13 @@ void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers,
 // 1 / sqrt(12) of its edge from the middle along each axis these have the second moments of the cell. Where the band
 // ends only a part of a cell is coarse: of a brick of the band every eighth voxel is tried, in all layers along each
 // axis. To compare neighbouring cells would not do: where the depth bends smoothly both are off by the same at their
-// common face.
+// common face. Without triangles, what the distance and the cell's plane may both change by in the r.m.s. way from its
+// middle, half an edge.
 float InnerError(const DistanceField& field, const glm::ivec3& brick) {
   constexpr float kFromMiddle = 0.2887f;
   constexpr glm::vec3 kPlaces[] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
   const float coarse = static_cast<float>(1 << field.coarse_shift);
+  if (field.triangles().num_levels == 0) return coarse;
   float sum = 0.0f;
   int count = 0;
   const auto measure = [&](const glm::vec3& p) {

@@ -33,10 +33,12 @@ struct alignas(64) PatchesRead {
   PatchRow node[kNodeRows];
   PatchRow corners[6];       // of a flat one: two of its corners from the centre; the three add up to 0
   PatchRow depth, slope[3];  // set by `read`; may be replaced before `judge`
-  // By how much the parent's prediction is above (over) and below (under) what was read: mean over the family, and
-  // r.m.s. of those of its members that are. Set by `judge` where has_parent; over -1: unknown.
+  // By how much the parent's prediction is above (over) and below (under) what was read: positive and negative part of
+  // the mean over the family, and roots of the family's mean square of what is above and of what is below. Set by
+  // `judge` where has_parent; over -1: unknown.
   PatchRow over, under, over_spread, under_spread;
-  bool is_exact;  // depths by G's triangles
+  PatchRow exact;  // 1: the depth is that of G's triangles, 0: of the field
+  bool is_asked;   // G's triangles were, for all lanes; where they are too many or too far, the field's depth stays
 };
 
 struct alignas(64) PatchBlock : PatchesRead {
@@ -63,7 +65,7 @@ struct alignas(64) PatchSums {
 // FieldBends' second derivatives at the length h: a sixteen-bit number times kBendStep / h; |H| <= 2 / h, since
 // distances are 1-Lipschitz. Its bound: twice that step.
 constexpr float kBendStep = 2.0f / 32767.0f;
-// Voxels; not derived: below it the field is one plane, and over a flat patch the depth is greatest at a corner.
+// Voxels; not derived: below it the field is nearly one plane, and over a flat patch the depth is greatest at a corner.
 constexpr float kLeastBendLength = 2.0f;
 constexpr int kMostBendLevels = 8;
 

@@ -213,7 +213,6 @@ inline DepthModel ModelOf(const PatchBlock& b, int at, const Vec3& g, const Symm
 
 // The integral over patches whose depth is d in the mean and has the slope g (README.md, closed form).
 struct PatchIntegral {
-  F half_width;  // w
   F mean, square;
   F most;  // greatest depth by the model
   Vec3 force, moment;
@@ -226,7 +225,6 @@ inline PatchIntegral IntegratePatches(const PatchBlock& b, int at, F d, const Ve
   const Vec3& g = model.along;
   out.Qg = Times(Q, g);
   const F w = Max(Min(model.reach, Sqrt(3.0f * model.variance)), Fill(1e-12f));
-  out.half_width = w;
   const I is_inside = d >= w;
   const I is_cut = ~is_inside & (I)(d > -w);
   const F u = d + w;
@@ -330,11 +328,12 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const Vec3 q = ClampToGrid(in.field, p);
     const U brick =
         (U)(((ToI(q.z) >> 3) * (in.field.ny >> 3) + (ToI(q.y) >> 3)) * (in.field.nx >> 3) + (ToI(q.x) >> 3));
+    const I is_exact = LoadF(b->exact + at) > 0.5f;
     F known{};
     F blur{};
-    if (!b->is_exact) {
+    if (Bits(~is_exact) != 0) {
       const F at_surface = Max((F)Gather(in.brick_errors, brick), Fill(kLeastFieldError)) * voxel_m;
-      known = Abs(depth) < kDeepestExact * voxel_m ? at_surface : F{};
+      known = ~is_exact & (I)(Abs(depth) < kDeepestExact * voxel_m) ? at_surface : F{};
       blur = Fma(Fill(kSlopeError), radius, known + known);
     }
     // The greatest depth is above the mean by at most the radius, and by the model's reach. A large patch may have
@@ -356,10 +355,10 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const F under_spread = LoadF(b->under_spread + at);
     F beyond = is_small ? half_square * Sqrt(TraceOf(bend.mean, bend.mean)) : F{};
     F scatter{};
-    if (b->is_exact) {
+    if (Bits(is_exact) != 0) {
       const F missed = over - LoadF(b->under + at);
-      const F square = is_tested ? Fma(over_spread, over_spread, under_spread * under_spread) : F{};
-      beyond += Sqrt(square) + (is_small ? per_reach * bent_to_rim : F{});
+      const F square = is_exact & is_tested ? Fma(over_spread, over_spread, under_spread * under_spread) : F{};
+      beyond += Sqrt(square) + (is_exact & is_small ? per_reach * bent_to_rim : F{});
       scatter = Sqrt(Max(square - missed * missed, F{}));
     }
     const F to_rim = Min(cut + beyond, radius) + up + blur;
@@ -379,8 +378,8 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     F field_error{};  // in the mean
     F field_share{};
     const F area_per_deviation = area * in.per_deviation;
-    if (!b->is_exact) {
-      const I is_deep = depth > kDeepestExact * voxel_m;
+    if (Bits(~is_exact) != 0) {
+      const I is_deep = ~is_exact & (I)(depth > kDeepestExact * voxel_m);
       const F inner = is_deep ? (F)Gather(in.inner_errors, brick) * voxel_m : F{};
       field_error = Fma(Fill(kMeanOfFieldError), known, kMeanOfInnerError * inner);
       const F field_bias = field_error * inside_area;
@@ -397,7 +396,7 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const I is_large = is_part & (I)(radius > in.least_radius_m) & (I)(share > in.threshold_m3);
     // The field is not good enough there, nor in parts of it, and by triangles it would be kept.
     const I is_fine = (I)(share - field_share <= in.threshold_m3);
-    const I is_rough = touches & is_fine & (I)(field_error > in.most_field_error_m);
+    const I is_rough = b->is_asked ? I{} : touches & is_fine & (I)(field_error > in.most_field_error_m);
     const I opens = is_large | is_rough;
     const I is_kept = is_part & ~opens;
     b->open |= Bits(opens) << at;

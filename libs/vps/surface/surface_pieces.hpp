@@ -13,7 +13,7 @@ struct SurfacePiece {
   glm::vec3 corners[3];
 };
 
-// A mesh with more is taken as it is. Not derived: 36 bytes each and 100 for their nodes, 36 MB.
+// A mesh with more is taken as it is. Not derived: some 380 bytes each with nodes and families, 100 MB.
 constexpr std::size_t kMostPieces = 262'144;
 
 // Cuts thin triangles across, and halves the rest across their longest side, until that is at most `longest_m`; with

@@ -13,29 +13,38 @@
 namespace vps {
 namespace {
 
-// Blocks whose depths are read by triangles at once: as many as FacetScratch keeps unpacked triangles for. Not derived.
+// Blocks whose depths are read by triangles at once. Not derived: bounds memory.
 constexpr std::size_t kExactAtOnce = 16;
 // An error that does not count whatever was asked for, as a depth over all of S: it ends the search where nothing
 // touches. Not derived.
 constexpr double kNegligible_m = 1e-15;
 // Parts of triangles that are smaller are not opened, voxels: far below the field's own resolution. Not derived.
 constexpr float kLeastRadius = 1e-3f;
+// Ends passes that come no nearer; places end them before.
 constexpr int kMostPasses = 24;
 // Of the threshold from pass to pass, at least: a larger step would open far more than is needed. Not derived.
 constexpr double kLeastStep = 1.0 / 64.0;
-// From query to query: of the threshold where more was done than asked for, at most; and by how much more.
+// From query to query: of the threshold where more was done than asked for, at most.
 constexpr double kLooser = 4.0;  // one halving of patches takes the error to a quarter
 // Thresholds aim at a little less than the error that is wanted. Not derived.
 constexpr double kAim = 0.8;
 // What is wanted is shared evenly: between random errors and those of one sign, between the field and the patches.
 constexpr double kHalf = 0.5;
+// In a block.
+constexpr std::size_t kFamilies = kPatchLanes / kFamilySize;
 
 // Exact depths of groups within this radius are found together, voxels. Not derived: wider groups are near more facets.
 constexpr float kWidestGroup = 3.0f;
-constexpr double kReachOfTriangles = 3.0;
+constexpr double kReachOfTriangles = 3.0;  // voxels: kDeepestExact and kMostFieldError
 // Of time, a search of the triangle that is nearest to one place takes as much as so many places of the field. Measured
 // deep inside training parts: 9 (44 triangles) to 64 (16,000).
 constexpr std::uint64_t kPlacesOfSearch = 32;
+
+// Depths that the field gives; by triangles where those are found afterwards.
+void SetByField(PatchesRead* block) {
+  block->is_asked = false;
+  std::fill_n(block->exact, kPatchLanes, 0.0f);
+}
 
 bool IsCompact(const PatchBlock& block, float radius_m) {
   const auto place = [&](int k) {
@@ -79,11 +88,6 @@ void SurfaceWalk::Reserve(std::size_t most_places) {
 
 void SurfaceWalk::SetPose(const core::Pose& X_GS) {
   in_.field = MakeFieldInput(*G_, X_GS);
-  const Facets& facets = G_->triangles();
-  in_.field.facet_blocks = facets.blocks.data();
-  in_.field.facet_spheres = facets.spheres.data();
-  in_.field.facet_level_begin = facets.level_begin.data();
-  in_.field.num_facet_levels = facets.num_levels;
   for (int j = 0; j < 3; ++j) {
     glm::dvec3 e(0.0);
     e[j] = 1.0;
@@ -124,13 +128,13 @@ void SurfaceWalk::FillRoots(PatchBlock* block, Origins* origins) const {
       SetCorners(S_->triangles[roots.below[k % kFamilySize]], static_cast<std::size_t>(k), block, origins);
     }
   }
-  block->has_parent = block->is_exact = false;
+  block->has_parent = false;
+  SetByField(block);
 }
 
 // The parts of up to four patches.
-void SurfaceWalk::FillParts(const Opened* opened, std::size_t count, bool is_exact, PatchBlock* block,
-                            Origins* origins) const {
-  for (std::size_t f = 0; f < kPatchLanes / kFamilySize; ++f) {
+void SurfaceWalk::FillParts(const Opened* opened, std::size_t count, PatchBlock* block, Origins* origins) const {
+  for (std::size_t f = 0; f < kFamilies; ++f) {
     const Opened& from = opened[std::min(f, count - 1)];
     const std::size_t at = f * kFamilySize;
     for (int row = 0; row < kModelRows; ++row) {
@@ -174,18 +178,17 @@ void SurfaceWalk::FillParts(const Opened* opened, std::size_t count, bool is_exa
     }
   }
   block->has_parent = true;
-  block->is_exact = is_exact;
+  SetByField(block);
 }
 
 void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane) {
-  auto& list = block.is_exact ? next_.by_triangles : next_.by_field;
+  auto& list = block.is_asked ? next_.by_triangles : next_.by_field;
   Opened& to = list.emplace_back();
   for (int i = 0; i < 3; ++i) {
     to.model[kModelCentre + i] = block.node[kCentreRow + i][lane];
     to.model[kModelSlope + i] = block.slope[i][lane];
     to.force[i] = block.force[i][lane];
     to.moment[i] = block.moment[i][lane];
-    to.area_vector[i] = block.node[kAreaVectorRow + i][lane];
   }
   to.model[kModelDepth] = block.depth[lane];
   for (int i = 0; i < 6; ++i) to.model[kModelBend + i] = block.bend[i][lane];
@@ -194,6 +197,7 @@ void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane)
     to.triangle = origins.triangles[lane];
     to.radius = block.node[kRadiusRow][lane];
     to.area = block.node[kAreaRow][lane];
+    for (int i = 0; i < 3; ++i) to.area_vector[i] = block.node[kAreaVectorRow + i][lane];
     for (int i = 0; i < 6; ++i) to.spread[i] = block.node[kSpreadRow + i][lane];
   } else {
     to.below = origins.below[lane];
@@ -226,10 +230,13 @@ bool SurfaceWalk::TakeSearch(float depth_m) {
 bool SurfaceWalk::FitLevel() {
   asked_.clear();
   std::uint64_t places = 0;
+  const auto places_of = [&](const Opened& o, const std::vector<Opened>* list) {
+    const bool is_search = list == &now_.by_triangles && o.model[kModelDepth] > deepest_exact_m();
+    return kFamilySize * (1 + (is_search ? kPlacesOfSearch : 0));
+  };
   for (const auto* list : {&now_.by_field, &now_.by_triangles}) {
     for (const Opened& o : *list) {
-      const bool is_search = list == &now_.by_triangles && o.model[kModelDepth] > deepest_exact_m();
-      asked_.push_back({ShareOf(o), kFamilySize * (1 + (is_search ? kPlacesOfSearch : 0))});
+      asked_.push_back({ShareOf(o), places_of(o, list)});
       places += asked_.back().places;
     }
   }
@@ -237,17 +244,27 @@ bool SurfaceWalk::FitLevel() {
   if (places <= left) return true;
   std::sort(asked_.begin(), asked_.end(), [](const Asked& a, const Asked& b) { return a.share > b.share; });
   float least = std::numeric_limits<float>::infinity();
-  places = kPatchLanes;  // the last block of each list may not be full
+  std::uint64_t of_least = 0;  // places for patches whose share is `least`: of equal ones the first
+  places = 0;
+  for (const auto* list : {&now_.by_field, &now_.by_triangles}) {  // whose last blocks may not be full
+    if (!list->empty()) places += kPatchLanes - kFamilySize;
+  }
   for (const Asked& asked : asked_) {
     places += asked.places;
     if (places > left) break;
+    of_least = asked.places + (asked.share < least ? 0 : of_least);
     least = asked.share;
   }
   for (auto* list : {&now_.by_field, &now_.by_triangles}) {
     std::erase_if(*list, [&](const Opened& o) {
-      const bool is_left = ShareOf(o) < least;
-      if (is_left) KeepUnopened(o);
-      return is_left;
+      const float share = ShareOf(o);
+      if (share > least) return false;
+      if (const std::uint64_t of_this = places_of(o, list); share == least && of_this <= of_least) {
+        of_least -= of_this;
+        return false;
+      }
+      KeepUnopened(o);
+      return true;
     });
   }
   return false;
@@ -279,7 +296,7 @@ void SurfaceWalk::ReadAgain() {
     again_.depth[k] = again_.depth[num_again_ - 1];
   }
   again_.has_parent = false;
-  again_.is_exact = true;
+  SetByField(&again_);
   exact_[num_exact_] = again_;
   exact_origins_[num_exact_] = again_origins_;
   num_again_ = 0;
@@ -291,6 +308,7 @@ void SurfaceWalk::ReadExactDepths() {
   const auto voxel_m = static_cast<float>(G_->voxel_size_m);
   const float per_voxel = 1.0f / voxel_m;
   const std::size_t count = std::exchange(num_exact_, 0);
+  for (std::size_t i = 0; i < count; ++i) exact_[i].is_asked = true;
   std::size_t num_groups = 0;
   std::array<std::size_t, kExactAtOnce> groups{};
   for (std::size_t i = 0; i < count; ++i) {
@@ -312,15 +330,16 @@ void SurfaceWalk::ReadExactDepths() {
     const FacetPoints& points = facet_points_[n];
     for (int k = 0; k < kPatchLanes; ++k) {
       if (points.gx[k] == 0.0f && points.gy[k] == 0.0f && points.gz[k] == 0.0f) continue;
-      block.depth[k] = in_.offset_m + points.depth[k] * voxel_m;
-      SetSlope(glm::vec3(points.gx[k], points.gy[k], points.gz[k]), k, &block);
+      SetExact(in_.offset_m + points.depth[k] * voxel_m, glm::vec3(points.gx[k], points.gy[k], points.gz[k]), k,
+               &block);
     }
   }
-  result_.places_read_exactly += count * kPatchLanes;
   for (std::size_t i = 0; i < count; ++i) Judge(&exact_[i], exact_origins_[i]);
 }
 
-void SurfaceWalk::SetSlope(const glm::vec3& gradient, int lane, PatchBlock* block) const {
+void SurfaceWalk::SetExact(float depth_m, const glm::vec3& gradient, int lane, PatchBlock* block) const {
+  block->exact[lane] = 1.0f;
+  block->depth[lane] = depth_m;
   for (int i = 0; i < 3; ++i) {
     block->slope[i][lane] =
         -(in_.rotation[0][i] * gradient.x + in_.rotation[1][i] * gradient.y + in_.rotation[2][i] * gradient.z);
@@ -329,10 +348,11 @@ void SurfaceWalk::SetSlope(const glm::vec3& gradient, int lane, PatchBlock* bloc
 
 // The gradient of the distance is the direction from the nearest place; on a face, the triangle's normal. Deep inside
 // the distance is off by at most sqrt(3) edges of a coarse cell: it and the cell's plane both fall by no more than the
-// way from the cell's centre, half a diagonal.
+// way from the cell's centre, half a diagonal; and by a quarter of one more, the mean over a cell (decision 13). Where
+// no triangle is found within that, the field's depth stays.
 void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
   const auto voxel_m = static_cast<float>(G_->voxel_size_m);
-  const double coarse = std::sqrt(3.0) * (1 << G_->coarse_shift);
+  const double coarse = (std::sqrt(3.0) + 0.25) * (1 << G_->coarse_shift);
   for (int k = 0; k < kPatchLanes; ++k) {
     if (!(block->node[kAreaRow][k] > 0.0f)) continue;
     glm::dvec3 p;
@@ -353,8 +373,7 @@ void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
     const glm::dvec3 gradient = nearest.is_on_face || distance < kAtThePlace
                                     ? nearest.normal
                                     : away / (nearest.height < 0.0 ? -distance : distance);
-    block->depth[k] = in_.offset_m - static_cast<float>(nearest.height) * voxel_m;
-    SetSlope(glm::vec3(gradient), k, block);
+    SetExact(in_.offset_m - static_cast<float>(nearest.height) * voxel_m, glm::vec3(gradient), k, block);
   }
 }
 
@@ -369,7 +388,8 @@ void SurfaceWalk::Judge(PatchBlock* block, const Origins& origins) {
   if (block->counts != 0) Keep(*block, origins);
   for (unsigned lanes = block->open; lanes != 0; lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
-    if ((block->read_exactly >> lane & 1U) != 0 && TakeSearch(block->depth[lane])) {
+    const bool is_asked_next = !block->is_asked && in_.field.num_facet_levels > 0;
+    if (is_asked_next && (block->read_exactly >> lane & 1U) != 0 && TakeSearch(block->depth[lane])) {
       PutAgain(*block, origins, lane);
     } else {
       Put(*block, origins, lane);
@@ -409,9 +429,8 @@ void SurfaceWalk::JudgeRoots() {
 void SurfaceWalk::ReadByField(const std::vector<Opened>& opened) {
   PatchBlock block;
   Origins origins;
-  constexpr std::size_t kFamilies = kPatchLanes / kFamilySize;
   for (std::size_t i = 0; i < opened.size(); i += kFamilies) {
-    FillParts(&opened[i], std::min(kFamilies, opened.size() - i), false, &block, &origins);
+    FillParts(&opened[i], std::min(kFamilies, opened.size() - i), &block, &origins);
     kernels_.read(in_, &block);
     result_.places_read += kPatchLanes;
     Judge(&block, origins);
@@ -419,10 +438,9 @@ void SurfaceWalk::ReadByField(const std::vector<Opened>& opened) {
 }
 
 void SurfaceWalk::ReadByTriangles(const std::vector<Opened>& opened) {
-  constexpr std::size_t kFamilies = kPatchLanes / kFamilySize;
   for (std::size_t i = 0; i < opened.size(); i += kFamilies) {
     PatchBlock& block = exact_[num_exact_];
-    FillParts(&opened[i], std::min(kFamilies, opened.size() - i), true, &block, &exact_origins_[num_exact_]);
+    FillParts(&opened[i], std::min(kFamilies, opened.size() - i), &block, &exact_origins_[num_exact_]);
     kernels_.read(in_, &block);
     result_.places_read += kPatchLanes + kPlacesOfSearch * CountDeep(block, deepest_exact_m());
     if (++num_exact_ == kExactAtOnce) ReadExactDepths();
@@ -456,7 +474,6 @@ void SurfaceWalk::KeepUnopened(const Opened& o) {
   if (static_cast<double>(depth_m) <= result_.deepest_m) return;
   result_.deepest_m = static_cast<double>(depth_m);
   result_.deepest_p_S = part.p_S;
-  SetDeepestNormal({o.area_vector[0], o.area_vector[1], o.area_vector[2]});
 }
 
 // Goes on from what the last pass kept. Sets result_ but for is_accurate. False: places ran out.
@@ -536,12 +553,6 @@ void SurfaceWalk::SetDeepest(const PatchBlock& block, int lane) {
     }
   }
   result_.deepest_p_S = centre + from_centre;
-  SetDeepestNormal(
-      {block.node[kAreaVectorRow][lane], block.node[kAreaVectorRow + 1][lane], block.node[kAreaVectorRow + 2][lane]});
-}
-
-void SurfaceWalk::SetDeepestNormal(const glm::vec3& area_vector) {
-  result_.deepest_n_S = area_vector / std::max(glm::length(area_vector), 1e-30f);
 }
 
 // One for each family.
@@ -585,7 +596,8 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   const double negligible_m3 = std::max(kNegligible_m * S.area_m2, goal.negligible_m3);
   // First as if all of S were a voxel deep.
   double wanted_m3 = goal.accuracy * S.area_m2 * G.voxel_size_m;
-  double threshold_m3 = wanted_m3 / kConfidence;
+  const double first_threshold_m3 = wanted_m3 / kConfidence;
+  double threshold_m3 = first_threshold_m3;
   double carrying_m2 = 0.0;
   std::uint64_t affordable_places = 0;
   const bool is_known = memory != nullptr && memory->threshold_m3 > 0.0;
@@ -598,8 +610,10 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   double whole_threshold_m3 = 0.0;
   std::uint64_t whole_places = 0;
   while (result_.passes < kMostPasses) {
-    // The field may take half of what is wanted.
-    in_.most_field_error_m = static_cast<float>(kHalf * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30));
+    // The field may take half of what is wanted; all, where no triangles are kept that know better.
+    in_.most_field_error_m = in_.field.num_facet_levels > 0
+                                 ? static_cast<float>(kHalf * wanted_m3 / kConfidence / std::max(carrying_m2, 1e-30))
+                                 : std::numeric_limits<float>::infinity();
     const bool is_whole = Pass(threshold_m3, kHalf * wanted_m3 / kConfidence);
     wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
     carrying_m2 = result_.volume_m3 * result_.volume_m3 / std::max(result_.square_m4, 1e-300);
@@ -615,8 +629,9 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
     const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, kHalf * wanted_m3);
     const double factor = reachable_m3 / std::max(result_.error_m3, 1e-300);
     if (factor >= 1.0) {
-      // More than was asked for: the next query may do with less.
-      threshold_m3 *= std::clamp(kAim * factor * factor, 1.0, kLooser);
+      // More than was asked for: the next query may do with less, but not with less than a first one.
+      const double looser_m3 = threshold_m3 * std::clamp(kAim * factor * factor, 1.0, kLooser);
+      threshold_m3 = std::max(threshold_m3, std::min(looser_m3, first_threshold_m3));
       affordable_places = 0;
       break;
     }

@@ -22,13 +22,13 @@ constexpr double kConfidence = 2.0;
 struct SurfaceGoal {
   double accuracy = 0.02;               // wanted error of the force over the integral of depth
   double negligible_m3 = 0.0;           // an error that does not count whatever the accuracy
-  std::uint64_t most_places = 200'000;  // of the field, that may be read
+  std::uint64_t most_places = 200'000;  // that may be read; by triangles near the surface uncounted
   double offset_m = 0.0;                // as if G were larger by that on all sides
 };
 
 // The contact wrench of S's surface in the field of G to a wanted accuracy, with an estimate of its error.
 //
-//   force = integral over S of max(depth, 0) n dA,   moment = integral of x X max(depth, 0) n dA,
+//   force = integral over S of max(depth, 0) n dA,   moment = integral of (x X n) max(depth, 0) dA,
 //
 // n: inward normal. A walk goes down S's tree and into its triangles. A patch whose share of the error is below a
 // threshold is integrated in closed form; one with a larger share is opened, or its depth is read from G's triangles.
@@ -42,12 +42,10 @@ class SurfaceWalk {
     double square_m4 = 0.0;     // integral of its square
     double deepest_m = 0.0;     // greatest depth of what was kept, by the patches' models
     glm::vec3 deepest_p_S{0.0f};
-    glm::vec3 deepest_n_S{0.0f};  // inward normal of the patch there
-    double error_m3 = 0.0;        // estimate of |force - the exact one|
-    bool is_accurate = false;     // error_m3 is at most the accuracy times volume_m3; else places or passes ran out
+    double error_m3 = 0.0;     // estimate of |force - the exact one|
+    bool is_accurate = false;  // error_m3 is at most the accuracy times volume_m3; else places or passes ran out
     std::uint64_t patches_inside = 0;
-    std::uint64_t places_read = 0;  // of the field, in all passes
-    std::uint64_t places_read_exactly = 0;
+    std::uint64_t places_read = 0;  // in all passes; a search deep inside counts as kPlacesOfSearch
     int passes = 0;
   };
 
@@ -71,8 +69,8 @@ class SurfaceWalk {
   }
 
   [[nodiscard]] const Result& result() const { return result_; }  // of the last query
-  // Of the last query: what touches, at most kMostParts, which add up to the whole. Neighbours in S that have no more
-  // room are one.
+  // Of the last query: what touches, at most kMostParts, which add up to the whole: where there are more, neighbours
+  // in S are added up.
   static constexpr std::size_t kMostParts = 256;
   [[nodiscard]] std::span<const ContactPatch> parts() const { return {parts_.data(), num_parts_}; }
 
@@ -83,9 +81,8 @@ class SurfaceWalk {
     bool is_flat;
     std::uint32_t below;  // the family of its children, unless it is flat
     SurfacePiece triangle;
-    float radius, area, spread[6];  // of a flat one
+    float radius, area, area_vector[3], spread[6];  // of a flat one
     // And what it counts as itself if it is not opened after all.
-    float area_vector[3];
     float force[3], moment[3], volume, square, bias, deviation;
   };
   // The lanes of a block: where their children are.
@@ -111,13 +108,13 @@ class SurfaceWalk {
   bool Pass(double threshold_m3, double deviation_m3);
   static void SetCorners(const SurfacePiece& triangle, std::size_t lane, PatchBlock* block, Origins* origins);
   void FillRoots(PatchBlock* block, Origins* origins) const;
-  void FillParts(const Opened* opened, std::size_t count, bool is_exact, PatchBlock* block, Origins* origins) const;
+  void FillParts(const Opened* opened, std::size_t count, PatchBlock* block, Origins* origins) const;
   void ReadByField(const std::vector<Opened>& opened);
   void ReadByTriangles(const std::vector<Opened>& opened);
   void ReadAgain();
   void ReadExactDepths();
   void ReadOneByOne(PatchBlock* block);
-  void SetSlope(const glm::vec3& gradient, int lane, PatchBlock* block) const;
+  void SetExact(float depth_m, const glm::vec3& gradient, int lane, PatchBlock* block) const;
   void Judge(PatchBlock* block, const Origins& origins);
   void Keep(const PatchBlock& block, const Origins& origins);
   void JudgeKept();
@@ -133,7 +130,6 @@ class SurfaceWalk {
   void AddParts(const PatchBlock& block);
   ContactPatch* NextPart();
   void SetDeepest(const PatchBlock& block, int lane);
-  void SetDeepestNormal(const glm::vec3& area_vector);
 
   const SurfaceTree* S_ = nullptr;
   const DistanceField* G_ = nullptr;

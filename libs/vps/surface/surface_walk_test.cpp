@@ -25,6 +25,7 @@ class Pair {
   SurfaceWalk::Result Run(const core::Pose& X_GS, double accuracy) { return Run(X_GS, {.accuracy = accuracy}); }
   [[nodiscard]] std::span<const ContactPatch> parts() const { return walk_.parts(); }
   [[nodiscard]] const SurfaceTree& S() const { return S_; }
+  [[nodiscard]] const DistanceField& G() const { return G_; }
 
  private:
   DistanceField G_;
@@ -159,7 +160,7 @@ TEST(SurfaceWalk, IsExactForABoxUnderAPlane) {
   EXPECT_LT(result.places_read, 1000U);
 }
 
-// A box deep in a slab reaches across its middle, where the coarse field has a ridge: G's triangles are asked.
+// A box deep in a slab reaches across its middle, where the coarse field has a ridge: only G's triangles are so exact.
 TEST(SurfaceWalk, IsAccurateDeepInside) {
   const TriangleMesh slab = MakeBox({0.2, 0.2, 0.04});
   const TriangleMesh box = MakeBox({0.03, 0.02, 0.02});
@@ -171,7 +172,6 @@ TEST(SurfaceWalk, IsAccurateDeepInside) {
     const oracle::ContactWrench truth = oracle::IntegrateContactWrench(exact_G, exact_S, X);
     const auto result = pair.Run(X, 0.003);
     EXPECT_TRUE(result.is_accurate);
-    EXPECT_GT(result.places_read_exactly, 0U);
     EXPECT_LT(glm::length(X.rotate(result.force_m3) - truth.force_A_m3), 0.003 * truth.depth_integral_m3) << z;
     EXPECT_NEAR(result.volume_m3, truth.depth_integral_m3, 0.003 * truth.depth_integral_m3) << z;
   }
@@ -250,6 +250,46 @@ TEST(SurfaceWalk, FindsWhatTouchesBesideCentresThatAreApart) {
   EXPECT_LE(beyond, touching / 50);
 }
 
+// Where G's field keeps no triangles, or there are too many near a patch, depths stay the field's, and the estimate
+// counts its error. Against vps/oracle.
+TEST(SurfaceWalk, CountsTheErrorOfTheFieldWhereTrianglesCannotBeRead) {
+  const TriangleMesh box = MakeBox({0.05, 0.05, 0.05});
+  const oracle::MeshDistance exact_S(box);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  for (const int num_segments : {180, 400}) {
+    const TriangleMesh ball = MakeSphere(0.01, num_segments);
+    Pair pair(ball, box, 2e-3);
+    EXPECT_EQ(pair.G().triangles().num_levels > 0, num_segments == 180);
+    const oracle::MeshDistance exact_G(ball);
+    for (int i = 0; i < 20; ++i) {  // around the ball's pole, where its triangles are smallest
+      const glm::dquat turn =
+          core::QuaternionFromRotationVector(0.1 * glm::dvec3(place(random), place(random), place(random)));
+      const core::Pose X{turn, turn * glm::dvec3(1e-3 * place(random), 1e-3 * place(random), 0.035 - 6e-4)};
+      const oracle::ContactWrench truth = oracle::IntegrateContactWrench(exact_G, exact_S, X);
+      const auto result = pair.Run(X, {.accuracy = 1e-4, .most_places = 20'000});
+      const double error = glm::length(X.rotate(result.force_m3) - truth.force_A_m3);
+      EXPECT_LE(error, 2.0 * result.error_m3)
+          << num_segments << ' ' << error / truth.depth_integral_m3 << ' ' << result.error_m3 / truth.depth_integral_m3;
+    }
+  }
+}
+
+// Not even where many patches ask for the same: each triangle is there sixty-four times.
+TEST(SurfaceWalk, ReadsNoMorePlacesThanItsBudget) {
+  TriangleMesh box = MakeBox({0.03, 0.03, 0.03});
+  const auto once = box.triangles;
+  for (int i = 1; i < 64; ++i) box.triangles.insert(box.triangles.end(), once.begin(), once.end());
+  Pair pair(MakeBox({0.2, 0.2, 0.1}), box, 1e-3);
+  for (const std::uint64_t most_places : {1000U, 2000U, 4000U, 8000U}) {
+    const core::Pose X{core::QuaternionFromRotationVector({0.02, 0.01, 0.0}), {0.0, 0.0, 0.065}};
+    const auto result = pair.Run(X, {.accuracy = 1e-6, .most_places = most_places});
+    EXPECT_FALSE(result.is_accurate);
+    EXPECT_GT(result.places_read, most_places / 2);
+    EXPECT_LE(result.places_read, most_places);
+  }
+}
+
 TEST(SurfaceWalk, ReadsFewerPlacesForLessAccuracy) {
   Pair pair(MakeTorus(0.03, 0.012, 64, 32), MakeTorus(0.03, 0.012, 64, 32), 1e-3);
   const core::Pose X{core::QuaternionFromRotationVector({0.7, 0.2, 0.1}), {0.07, 0.01, 0.002}};
@@ -272,11 +312,13 @@ TEST(SurfaceWalk, IsTheSameBitForBitWithEveryInstructionSet) {
   const SurfaceWalk::Result expected = portable.Run(S, G, bends, X, {});
   ASSERT_GT(expected.volume_m3, 0.0);
   for (const InstructionSet set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
-    if (BestInstructionSet() < set) continue;
+    if (!IsAvailable(set)) continue;
     SurfaceWalk walk(set);
     const SurfaceWalk::Result result = walk.Run(S, G, bends, X, {});
     EXPECT_EQ(result.force_m3, expected.force_m3);
     EXPECT_EQ(result.moment_m4, expected.moment_m4);
+    EXPECT_EQ(result.volume_m3, expected.volume_m3);
+    EXPECT_EQ(result.square_m4, expected.square_m4);
     EXPECT_EQ(result.error_m3, expected.error_m3);
     EXPECT_EQ(result.places_read, expected.places_read);
   }
@@ -314,6 +356,16 @@ TEST(SurfaceWalk, NeedsOnePassWhileTheContactChangesLittle) {
   }
   EXPECT_LE(passes, 210);
   EXPECT_LT(with, without + without / 4);
+}
+
+// Queries whose error is 0 ask for less and less, but for no less than a first one.
+TEST(SurfaceWalk, IsAccurateAfterALongTimeApart) {
+  Pair pair(MakeBox({0.2, 0.2, 0.1}), MakeSphere(0.03, 64), 1e-3);
+  SurfaceMemory memory;
+  for (int i = 0; i < 1000; ++i) pair.Run({{1, 0, 0, 0}, {0.0, 0.0, 0.2}}, SurfaceGoal{}, &memory);
+  const auto result = pair.Run({{1, 0, 0, 0}, {0.0, 0.0, 0.075}}, SurfaceGoal{}, &memory);
+  EXPECT_TRUE(result.is_accurate);
+  EXPECT_GT(result.volume_m3, 0.0);
 }
 
 // Its parts add up to the whole, also where there are more than it keeps apart.

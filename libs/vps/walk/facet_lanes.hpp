@@ -218,8 +218,9 @@ inline std::uint32_t TakeSpheres(const FacetSpheres& s, const float* c, float re
   return static_cast<std::uint32_t>(__builtin_popcount(lanes));
 }
 
-// Blocks that come as near to a place as `reach`, with their spheres. False: more than kMostFacetBlocks.
+// Blocks that come as near to a place as `reach`, with their spheres. False: more than kMostFacetBlocks, or G has none.
 inline bool FindFacetBlocks(const WalkInput& in, const float* c, float reach, NearFacets* near) {
+  if (in.num_facet_levels == 0) return false;
   alignas(64) std::uint32_t queues[2][kMostFacetBlocks + 2 * kFacetLanes];
   std::uint32_t size = 1;
   queues[0][0] = 0;

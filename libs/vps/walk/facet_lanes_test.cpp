@@ -23,12 +23,7 @@ TEST(FacetLanes, MeasureWhatASearchInDoublesMeasures) {
   for (const TriangleMesh& mesh : {MakeTorus(0.02, 0.008, 48, 24), slivers}) {
     constexpr double kVoxel_m = 2e-4;
     const DistanceField field = *BuildField(mesh, kVoxel_m);
-    WalkInput in = MakeFieldInput(field, core::Pose{});
-    const Facets& facets = field.triangles();
-    in.facet_blocks = facets.blocks.data();
-    in.facet_spheres = facets.spheres.data();
-    in.facet_level_begin = facets.level_begin.data();
-    in.num_facet_levels = facets.num_levels;
+    const WalkInput in = MakeFieldInput(field, core::Pose{});
     const auto scratch = std::make_unique<FacetScratch>();
     CaseRandom random(3);
     int num_compared = 0;
@@ -49,7 +44,7 @@ TEST(FacetLanes, MeasureWhatASearchInDoublesMeasures) {
       if (!is_near) continue;
       KernelsOf(BestInstructionSet()).measure(in, &points, 1, scratch.get());
       for (std::size_t k = 0; k < kBlock; ++k) {
-        const NearestFacet nearest = FindNearestFacet(facets, places[k], 4.0);
+        const NearestFacet nearest = FindNearestFacet(field.triangles(), places[k], 4.0);
         ASSERT_TRUE(nearest.is_found);
         if (std::abs(nearest.height) < 1e-3) continue;  // its side is rounding
         ++num_compared;

@@ -13,7 +13,7 @@ namespace vps {
 enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 
 // The widest set that this processor and this build have, or the smaller one of VR_OOS_SIMD=portable|avx2|avx512. All
-// sets give the same bits.
+// sets give the same bits, but for one rounding in 2^29 of the portable one.
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 

@@ -20,10 +20,11 @@ WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS) {
   in.creases = field.creases.data();
   in.coarse = field.coarse.data();
   in.curvatures = reinterpret_cast<const std::uint32_t*>(field.curvatures.data());
-  in.facet_blocks = field.facets.blocks.data();
-  in.facet_spheres = field.facets.spheres.data();
-  in.facet_level_begin = field.facets.level_begin.data();
-  in.num_facet_levels = field.facets.num_levels;
+  const Facets& facets = field.triangles();
+  in.facet_blocks = facets.blocks.data();
+  in.facet_spheres = facets.spheres.data();
+  in.facet_level_begin = facets.level_begin.data();
+  in.num_facet_levels = facets.num_levels;
   in.nx = field.nx;
   in.ny = field.ny;
   in.nz = field.nz;

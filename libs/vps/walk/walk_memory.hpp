@@ -7,9 +7,8 @@
 namespace vps {
 
 // Upper bound of how far any point of a ball of S has moved in G between two poses [m]; the ball's centre was at
-// centre_G_before. A turn by the angle a moves a
-// point at distance r from its axis by 2 sin(a / 2) r, and sin(a / 2) is the length of the relative quaternion's
-// vector.
+// centre_G_before. A turn by the angle a moves a point at distance r from its axis by 2 sin(a / 2) r, and sin(a / 2) is
+// the length of the relative quaternion's vector.
 double MotionBound(const core::Pose& X_GS_before, const glm::dvec3& centre_G_before, const core::Pose& X_GS_now,
                    const glm::dvec3& centre_S, double radius_m);
 
