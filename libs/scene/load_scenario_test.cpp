@@ -325,6 +325,7 @@ const BadCase kBadCases[] = {
     {"SameName", "<object name='a' owner='fixed'/>\n<object name='a' owner='fixed'/>", 4, "taken by line 3"},
     {"EmptyCollision", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision points='0'/></object>", 3,
      "neither a field nor points"},
+    {"AccuracyOfAllOrMore", "<run method='fast'\naccuracy='5'/>", 4, "accuracy is '5'"},
     {"AccuracyOfADepth",
      "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision accuracy_m='1e-4'/></object>", 3,
      "no longer has it. Fix: write accuracy=\"0.1\" in <run> or <pair>"},

@@ -61,6 +61,8 @@ std::string FindViolation(const AttributeRule& rule, const std::string& text) {
       return ParseNumber(text, &number) && number >= 0.0 ? "" : "a finite number, zero or above";
     case ValueKind::kPositive:
       return ParseNumber(text, &number) && number > 0.0 ? "" : "a finite number above zero";
+    case ValueKind::kShare:
+      return ParseNumber(text, &number) && number > 0.0 && number < 1.0 ? "" : "a number above 0 and below 1";
     case ValueKind::kCount:
       return ParseCount(text, &count) ? "" : "a whole number, zero or above";
     case ValueKind::kBoolean:

@@ -19,6 +19,7 @@ enum class ValueKind {
   kNumber,       // finite
   kNonNegative,  // finite, >= 0
   kPositive,     // finite, > 0
+  kShare,        // > 0 and < 1
   kCount,        // integer >= 0
   kBoolean,      // true | false | 1 | 0
   kVector,       // three finite numbers

@@ -20,7 +20,7 @@ ElementRule RunRule() {
       "settings of the run; accuracy: wanted error of contact forces over the integral of depth (method fast), within "
       "budget_us a pair and cycle",
       {{"method", ValueKind::kChoice, false, {"paper", "fast"}},
-       Optional("accuracy", kAboveZero),
+       Optional("accuracy", ValueKind::kShare),
        Optional("budget_us", kAboveZero),
        {"contact_input", ValueKind::kChoice, false, {"planes", "manifold", "wrench"}},
        Optional("seed", ValueKind::kCount),
@@ -291,7 +291,7 @@ std::vector<ElementRule> MakeRules() {
         Optional("damping_N_s_per_m", kAtLeastZero),
         Optional("friction", kAtLeastZero),
         Optional("look_ahead_m", kAtLeastZero),
-        Optional("accuracy", kAboveZero),
+        Optional("accuracy", ValueKind::kShare),
         Optional("budget_us", kAboveZero),
         Optional("active", ValueKind::kBoolean),
         Optional("collide", ValueKind::kBoolean),

@@ -20,6 +20,9 @@ constexpr const char* kTypes = R"(
   <xs:simpleType name="positive">
     <xs:restriction base="number"><xs:minExclusive value="0"/></xs:restriction>
   </xs:simpleType>
+  <xs:simpleType name="share">
+    <xs:restriction base="number"><xs:minExclusive value="0"/><xs:maxExclusive value="1"/></xs:restriction>
+  </xs:simpleType>
   <xs:simpleType name="truth">
     <xs:restriction base="xs:string">
       <xs:enumeration value="true"/><xs:enumeration value="false"/>
@@ -75,6 +78,8 @@ const char* TypeName(ValueKind kind) {
       return "non_negative";
     case ValueKind::kPositive:
       return "positive";
+    case ValueKind::kShare:
+      return "share";
     case ValueKind::kCount:
       return "xs:nonNegativeInteger";
     case ValueKind::kBoolean:

@@ -74,6 +74,10 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
     return value->value_or(fallback);
   };
   const auto accuracy = positive("--accuracy", request.setup.accuracy);
+  if (accuracy && *accuracy >= 1.0) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "--accuracy must be below 1: it is a share of the integral of depth, such as 0.02");
+  }
   const auto voxel = positive("--voxel_m", 0.0);
   const auto points = positive("--points", 0.0);
   const auto scale = positive("--scale", 1.0);

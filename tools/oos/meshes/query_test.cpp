@@ -183,6 +183,9 @@ TEST_F(QueryVerbTest, FastKeepsAnAccuracyAndGivesItsError) {
   fs::remove(out());
   EXPECT_THAT(ComplaintOf({"query", ground, ball, "--poses", poses, "--out", out(), "--accuracy", "0.05"}),
               HasSubstr("--method fast"));
+  EXPECT_THAT(
+      ComplaintOf({"query", ground, ball, "--poses", poses, "--out", out(), "--method", "fast", "--accuracy", "5"}),
+      HasSubstr("--accuracy must be below 1"));
 }
 
 // A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap over its own surface.
