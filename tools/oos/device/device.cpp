@@ -282,8 +282,8 @@ Verb DeviceVerb() {
        {"--out", "DIR", "with view: folder for the recording and the logs"},
        {"--headless", "", "with view: draw, but show no window"}},
       RunDevice,
-      "TYPE:ADDRESS is udp:PORT, udp:ADDRESS:PORT, serial:/dev/...[:SPEED], plugin:/path/of/lib.so, haply:ADDRESS:PORT "
-      "or "
+      "TYPE:ADDRESS is udp:PORT, udp:ADDRESS:PORT, serial:/dev/...[:SPEED], plugin:/path/of/lib.so, haply:ADDRESS:PORT"
+      ", dtrack:PORT or "
       "replay:FILE.mcap; for view also hug, simulated_arm, simulated_hug or simulated_hand.\nWithout any, list looks "
       "at the serial "
       "lines, the plug-ins beside the calibrations, and UDP "

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "lab/load_lab.hpp"
 #include "picture/glyph_atlas.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/doctor/doctor_devices.hpp"
@@ -119,6 +120,11 @@ bool WriteJson(const std::vector<Finding>& findings, const std::string& file) {
 }
 
 int RunDoctor(const Arguments& arguments) {
+  if (arguments.has("--lab")) {
+    if (const auto lab = lab::LoadLab(arguments.text("--lab")); !lab) {
+      return Complain("doctor", scene::Format(lab.error().front()), kBadUsage);
+    }
+  }
   std::vector<Finding> findings = {CheckCores(),   CheckClockSource(), CheckDisplay(),
                                    CheckDrawing(), CheckFonts(),       CheckCache()};
   findings.push_back(CheckDeviceFiles("/dev"));

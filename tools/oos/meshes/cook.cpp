@@ -156,6 +156,9 @@ core::Result<vps::CookParameters> ReadParameters(const Arguments& arguments) {
       return core::Fail(core::ErrorCode::kInvalidInput, "--voxel_m, --points and --sheet_thickness_m are above 0");
     }
   }
+  if (points->value_or(0.0) != std::floor(points->value_or(0.0))) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--points must be a whole number");
+  }
   parameters.voxel_size_m = voxel->value_or(0.0);
   parameters.num_points = static_cast<std::uint32_t>(points->value_or(0.0));
   parameters.sheet_half_thickness_m = 0.5 * sheet->value_or(0.0);

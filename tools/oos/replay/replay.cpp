@@ -1,8 +1,11 @@
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
 #include "collision/resolution/choose_resolutions.hpp"
+#include "core/names.hpp"
 #include "nodes/lockstep/replay_steps.hpp"
+#include "nodes/logic_node/procedure.hpp"
 #include "replay/open_step_log.hpp"
 #include "replay/platform.hpp"
 #include "tools/oos/attach/attach.hpp"
@@ -76,6 +79,20 @@ core::Result<lockstep::StepsOptions> ReadOptions(const Arguments& arguments) {
   return options;
 }
 
+// Of --set: names without the node before them.
+core::Result<void> CheckNames(const std::vector<core::ParameterChange>& changes, const scene::Scenario& scenario) {
+  const std::vector<std::string> known = logic_node::ParameterNames(scenario);
+  for (const core::ParameterChange& change : changes) {
+    if (std::find(known.begin(), known.end(), change.name) != known.end()) continue;
+    const std::string nearest = core::NearestName(change.name, known);
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "--set: no node has the parameter '" + change.name + "'" +
+                          (nearest.empty() ? "" : "; did you mean '" + nearest + "'?") +
+                          " 'oos check SCENARIO --json' lists them, each behind its node's name");
+  }
+  return {};
+}
+
 int RunSteps(const Arguments& arguments) {
   const std::filesystem::path file = arguments.positional()[0];
   const auto nodes = lockstep::ReadRecordedNodes(file);
@@ -90,6 +107,9 @@ int RunSteps(const Arguments& arguments) {
     is_there = true;
     const auto scenario = FindScenario(arguments, file, recorded);
     if (!scenario) return Complain("replay", scenario.error().detail, kBadUsage);
+    if (const auto checked = CheckNames(options->mutations, *scenario); !checked) {
+      return Complain("replay", checked.error().detail, kBadUsage);
+    }
     ReportPlatformDifferences(recorded, *scenario);
     const auto outcome = lockstep::ReplaySteps(file, recorded, *scenario, *options);
     if (!outcome) {

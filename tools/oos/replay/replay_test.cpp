@@ -76,6 +76,8 @@ TEST(ReplayVerb, BadInputIsStatusTwoAndNamesTheError) {
   EXPECT_EQ(Replay({kGolden, "--check", "--speed", "0"}, &out), kBadUsage);
   EXPECT_THAT(out, HasSubstr("--speed"));
   EXPECT_EQ(Replay({kGolden, "--check", "--set", "x"}, &out), kBadUsage);
+  EXPECT_EQ(Replay({kGolden, "--check", "--scenario", kScenario, "--set", "hook_old.engage_force=1"}, &out), kBadUsage);
+  EXPECT_THAT(out, HasSubstr("did you mean 'hook_old.engage_force_N'"));
   EXPECT_EQ(Replay({kGolden, "--check", "--tolerance", kGolden + ".gone"}, &out), kBadUsage);
   EXPECT_EQ(Replay({kGolden, "--node", "logic_node", "--scenario", kGolden}, &out), kBadUsage);
   EXPECT_THAT(out, HasSubstr("--scenario"));
