@@ -347,8 +347,8 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   fast_scratch[slot].walk.memory = &pair.walk_memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
   const SampleTree& sampled = pair.TreeOf(*objects[d.sampled]);
-  const double margin_m = pair.touch != nullptr ? d.look_ahead_m : WalkMargin_m(sampled, d.look_ahead_m);
-  num_chunks[slot] = fast_scratch[slot].walk.Prepare(sampled, *objects[d.field]->field, pair.X_GS, margin_m);
+  num_chunks[slot] = fast_scratch[slot].walk.Prepare(sampled, *objects[d.field]->field, pair.X_GS,
+                                                     WalkMargin_m(sampled, d.look_ahead_m));
 }
 
 // The first worker at a pair's chunks decides for all of them whether there is time.

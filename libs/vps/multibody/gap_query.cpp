@@ -131,7 +131,7 @@ class PlaneWriter {
 // Replaces the planes; returns the least gap.
 double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const FastPairScratch& scratch,
                      GapScratch* now, GapPlanes* gaps) {
-  const auto margin = static_cast<float>(pair.look_ahead_m / scene.field.voxel_size_m);
+  const auto margin = static_cast<float>(WalkMargin_m(scene.S.tree, pair.look_ahead_m) / scene.field.voxel_size_m);
   GapQuery query{scene, {scene.S, scratch.walk, scratch.found, margin}, *now};
   FillBins(scene, query.near, &now->bins);
   query.TakeCorners(*gaps);
@@ -155,7 +155,7 @@ double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
   if (walk.num_near == 0) {
     gaps->Clear();
-    return SetApart(walk.free_distance_m, pair.look_ahead_m, touch.tree, scratch, result);
+    return SetApart(walk.free_distance_m, WalkMargin_m(touch.tree, pair.look_ahead_m), touch.tree, scratch, result);
   }
   gaps->planes.clear();
   result->planes.clear();

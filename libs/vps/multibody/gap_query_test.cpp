@@ -24,7 +24,7 @@ struct GapEngine {
     scratch.gaps = std::make_unique<GapScratch>();
   }
   const GapPlanes& Query(const core::Pose& X_AB) {
-    scratch.found = WalkField(touch.tree, field, X_AB, pair.look_ahead_m, &scratch.walk);
+    scratch.found = WalkField(touch.tree, field, X_AB, WalkMargin_m(touch.tree, pair.look_ahead_m), &scratch.walk);
     FinishGapPair({touch.tree, *S.surface, *G.field, *G.bends}, touch, X_AB, X_AB, pair, 0.01, &scratch, &gaps,
                   &result);
     X_AB_now = X_AB;
@@ -186,16 +186,21 @@ TEST(GapQuery, APlaceInAGrooveHasAPlaneForEitherFace) {
   EXPECT_GT(num_pairs, 0);
 }
 
-// A needle thinner than a voxel, far thinner than the sampled plate's spacing, stands straight in its face.
+// A needle thinner than a voxel, far thinner than the sampled plate's spacing, stands straight in its face; also where
+// no place of the plate comes within the look-ahead of it.
 TEST(GapQuery, ANeedleBetweenThePlatesPlacesIsFeltAsDeepAsItIs) {
-  GapEngine engine(MakeCylinder(1e-4, 0.02, 16), MakeBox({0.1, 0.1, 0.02}), 1e-3, 4096);
-  for (int i = 1; i <= 6; ++i) {
-    const double depth_m = 5e-5 * i;
-    engine.Query({{1, 0, 0, 0}, {3.7e-4, 2.3e-4, -0.01 - 0.01 + depth_m}});
-    ASSERT_FALSE(engine.gaps.planes.empty());
-    const core::ContactPlane plane = engine.Least();
-    EXPECT_NEAR(engine.Gap_m(plane), -depth_m, 2.0 * kMicro);
-    EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - glm::dvec3(0, 0, -1)), 1e-4);
+  for (const std::uint32_t num_points : {4096U, 512U}) {
+    GapEngine engine(MakeCylinder(1e-4, 0.02, 16), MakeBox({0.1, 0.1, 0.02}), 1e-3, num_points);
+    for (const glm::dvec2& at : {glm::dvec2(3.7e-4, 2.3e-4), glm::dvec2(0.011, -0.017), glm::dvec2(-0.023, 0.006)}) {
+      for (int i = 1; i <= 6; ++i) {
+        const double depth_m = 5e-5 * i;
+        engine.Query({{1, 0, 0, 0}, {at.x, at.y, -0.01 - 0.01 + depth_m}});
+        ASSERT_FALSE(engine.gaps.planes.empty()) << num_points;
+        const core::ContactPlane plane = engine.Least();
+        EXPECT_NEAR(engine.Gap_m(plane), -depth_m, 2.0 * kMicro) << num_points;
+        EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - glm::dvec3(0, 0, -1)), 1e-4);
+      }
+    }
   }
 }
 
