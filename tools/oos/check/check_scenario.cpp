@@ -12,6 +12,7 @@
 #include "nodes/device_bridge/operator/operator_script.hpp"
 #include "nodes/device_bridge/tactile/tactiles.hpp"
 #include "nodes/logic_node/procedure.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/part_size.hpp"
@@ -92,6 +93,12 @@ void CheckLooks(const scene::Scenario& scenario, CheckOutcome* outcome) {
 
 CheckOutcome CheckScenario(const std::filesystem::path& path) {
   CheckOutcome outcome;
+  std::error_code error;
+  if (!path.has_parent_path() && !path.has_extension() && !std::filesystem::exists(path, error)) {
+    outcome.problems.push_back("no scenario '" + path.string() + "': no such file or folder, and none of that name; " +
+                               core::SuggestName(path.string(), KnownScenarios()));
+    return outcome;
+  }
   const auto scenario = collision::LoadResolvedScenario(path);
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) outcome.problems.push_back(scene::Format(diagnostic));

@@ -44,5 +44,11 @@ TEST_F(FindScenarioTest, WhatIsFoundNowhereIsReturnedAsGiven) {
   EXPECT_EQ(FindScenario("some/touch", root_ / "prefix/libexec/vr-oos"), "some/touch");
 }
 
+TEST_F(FindScenarioTest, KnowsTheNamesOfFoldersWithAScenario) {
+  fs::create_directories(root_ / "source/scenarios/parts");
+  EXPECT_EQ(KnownScenarios(root_ / "source/build/demo/bin"), std::vector<std::string>{"touch"});
+  EXPECT_TRUE(KnownScenarios(root_).empty());
+}
+
 }  // namespace
 }  // namespace oos
