@@ -52,8 +52,7 @@ struct FastPairScratch {
   std::vector<ContactPatch> patches;
   std::unique_ptr<GapScratch> gaps;  // FinishGapPair needs it
   TouchMemory* memory = nullptr;     // null: each query starts anew
-  // Budget in points of the walk, of each walk with what its surface takes, or a proof; 0: the pair's most_places
-  // alone.
+  // Budget of a walk and its surface, in points; a repeated walk and a proof have it once more. 0: most_places alone.
   std::uint32_t most_points = 0;
   // Of the last query.
   TouchIntegral touch;
