@@ -29,8 +29,7 @@ inline const Tangents& BinTangents(std::size_t bin) {
     std::array<Tangents, kNumDirectionBins> all;
     for (int i = 0; i < static_cast<int>(kNumDirectionBins); ++i) {
       if (i == 13) continue;
-      const glm::vec3 n = glm::normalize(
-          glm::vec3(static_cast<float>(i / 9 - 1), static_cast<float>(i / 3 % 3 - 1), static_cast<float>(i % 3 - 1)));
+      const glm::vec3 n = glm::normalize(glm::vec3(glm::ivec3(i / 9, i / 3 % 3, i % 3) - 1));
       const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       const glm::vec3 u = glm::normalize(glm::cross(n, helper));
       const glm::vec3 v = glm::cross(n, u);
