@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "vps/pointshell/pointshell.hpp"
 #include "vps/sampling/sample_tree.hpp"
 #include "vps/testing/shapes.hpp"
 
@@ -7,7 +8,7 @@ namespace vps {
 namespace {
 
 TEST(SlowSurfaceSamples, MoreMemoryThanAllowedIsRefusedBeforeItIsTaken) {
-  const auto samples = SampleSurface(MakeCylinder(0.01, 0.04, 4096), 4'000'000);
+  const auto samples = SampleSurface(MakeCylinder(0.01, 0.04, 65536), kMaxPoints);
   ASSERT_FALSE(samples);
   EXPECT_NE(samples.error().detail.find("MB allowed: take fewer"), std::string::npos) << samples.error().detail;
 }
