@@ -40,16 +40,15 @@ int RunAtmosphere(const Arguments& arguments) {
 }  // namespace
 
 Verb AtmosphereVerb() {
-  return {
-      "atmosphere",
-      "computes the Earth's air for the pictures",
-      "",
-      0,
-      0,
-      {{"--out", "DIR", "default: the cache, where visual_node finds it"}},
-      RunAtmosphere,
-      "Half a minute of processor time, once, on all cores. A viewer computes it, too, in the background; pictures without a session have "
-      "no air until it is there."};
+  return {"atmosphere",
+          "computes the Earth's air for the pictures",
+          "",
+          0,
+          0,
+          {{"--out", "DIR", "default: the cache, where visual_node finds it"}},
+          RunAtmosphere,
+          "Half a minute of processor time, once, on all cores. A viewer computes it, too, in the background; pictures "
+          "without a session have no air until it is there."};
 }
 
 }  // namespace oos
