@@ -87,7 +87,7 @@ core::Result<void> CheckNames(const std::vector<core::ParameterChange>& changes,
     const std::string nearest = core::NearestName(change.name, known);
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "--set: no node has the parameter '" + change.name + "'" +
-                          (nearest.empty() ? "" : "; did you mean '" + nearest + "'?") +
+                          (nearest.empty() ? ";" : "; did you mean '" + nearest + "'?") +
                           " 'oos check SCENARIO --json' lists them, each behind its node's name");
   }
   return {};
