@@ -9,7 +9,7 @@ endif()
 
 option(VR_OOS_TESTS "Tests, benchmarks and studies; without it, what users run (preset demo)" ON)
 option(VR_OOS_RAYS "The viewer that traces rays, with Embree (package libembree-dev; preset demo without)" ON)
-option(VR_OOS_PCH "Precompiled headers; without them a missing #include is found (presets dev, asan, tsan, fuzz)" ON)
+option(VR_OOS_PCH "Precompiled headers; without them and without large pieces a missing #include is found (preset dev)" ON)
 option(VR_OOS_PEERS "FCL, Bullet, OpenVDB and MuJoCo in `oos bench` and slow tests (preset bench, packages of apt-bench.txt)" OFF)
 option(VR_OOS_WERROR "Warnings are errors (preset ci)" OFF)
 set(VR_OOS_SANITIZE "" CACHE STRING "address,undefined or thread (presets asan, tsan)")
@@ -39,7 +39,7 @@ if(VR_OOS_PCH AND CCACHE_PROGRAM AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   project_compile_options(-fpch-preprocess)
 endif()
 # In a unity build every file is included by another one, so GCC treats it as a header and warns.
-if(CMAKE_UNITY_BUILD)
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   project_compile_options(-Wno-subobject-linkage)
 endif()
 # x86-64-v2 (SSE4.2) is the oldest CPU level that can run the 1 kHz loop.

@@ -9,8 +9,7 @@
 namespace scene_stream {
 namespace {
 
-constexpr timespec kPause{0, 4'000'000};
-constexpr std::int64_t kQuietPeriod_ns = core::kNanosecondsPerSecond / 2;
+constexpr timespec kPauseOfPlaying{0, 4'000'000};
 
 struct Playing {
   double at_s = 0.0;
@@ -77,14 +76,14 @@ core::Result<void> StreamRecording(const std::filesystem::path& file, const scen
       }
     }
     last_ns = now_ns;
-    if (stream->IsDue(now_ns - (is_changed ? 0 : kQuietPeriod_ns))) {
+    if (stream->IsDue(now_ns - (is_changed ? 0 : kPeriodOfStills_ns))) {
       is_changed = false;
       recorded.Choose(playing.choices);
       if (auto gone = recorded.GoTo(playing.at_s); !gone) return gone;
       auto sent = stream->Send(recorded.scene(), playing.choices, {playing.at_s, playing.is_playing, 0.0}, now_ns);
       if (!sent) return sent;
     }
-    nanosleep(&kPause, nullptr);
+    nanosleep(&kPauseOfPlaying, nullptr);
   }
   return {};
 }

@@ -8,8 +8,7 @@
 namespace scene_stream {
 namespace {
 
-constexpr timespec kPause{0, 10'000'000};
-constexpr std::int64_t kQuietPeriod_ns = core::kNanosecondsPerSecond / 2;
+constexpr timespec kPauseOfStill{0, 10'000'000};
 
 }  // namespace
 
@@ -27,12 +26,12 @@ core::Result<void> StreamStill(const scene::Scenario& scenario, Stream* stream, 
       is_changed = view::SetChoice(command.name, command.value != 0.0, objects, &choices) || is_changed;
     }
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    if (stream->IsDue(now_ns - (is_changed ? 0 : kQuietPeriod_ns))) {
+    if (stream->IsDue(now_ns - (is_changed ? 0 : kPeriodOfStills_ns))) {
       mirror.Choose(choices);
       mirror.Refresh(0);
       if (auto sent = stream->Send(mirror.scene(), choices, {}, now_ns); !sent) return sent;
     }
-    nanosleep(&kPause, nullptr);
+    nanosleep(&kPauseOfStill, nullptr);
   }
   return {};
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/clock.hpp"
 #include "core/result.hpp"
 #include "nodes/visual_node/structures.hpp"
 #include "scene/scenario.hpp"
@@ -12,6 +13,9 @@
 #include "view/scene.hpp"
 
 namespace scene_stream {
+
+// A picture in which nothing moves is sent this long after it was due: readers see that the stream lives.
+constexpr std::int64_t kPeriodOfStills_ns = core::kNanosecondsPerSecond / 2;
 
 // Writes assets once, then frames: at most `rate_hz` of them a second, and none while the reader has not taken the last
 // one.
