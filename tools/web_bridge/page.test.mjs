@@ -39,7 +39,7 @@ after(async () => {
 
 async function open(address, options = {}) {
   const page = await browser.newPage({ viewport: DESK, ...options });
-  page.setDefaultTimeout(60_000);
+  page.setDefaultTimeout(180_000);  // a busy machine is late, and a condition that comes ends the wait
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => message.type() === "error" && errors.push(`${message.text()} ${message.location().url ?? ""}`));
   await page.goto(address);
