@@ -9,7 +9,7 @@ endif()
 
 option(VR_OOS_TESTS "Tests, benchmarks and studies; without it, what users run (preset demo)" ON)
 option(VR_OOS_RAYS "The viewer that traces rays, with Embree (package libembree-dev; preset demo without)" ON)
-option(VR_OOS_PCH "Precompiled headers; without them and without large pieces a missing #include is found (preset dev)" ON)
+option(VR_OOS_PCH "Precompiled headers; without them and without large pieces a missing #include is found (presets dev, fuzz)" ON)
 option(VR_OOS_PEERS "FCL, Bullet, OpenVDB and MuJoCo in `oos bench` and slow tests (preset bench, packages of apt-bench.txt)" OFF)
 option(VR_OOS_WERROR "Warnings are errors (preset ci)" OFF)
 set(VR_OOS_SANITIZE "" CACHE STRING "address,undefined or thread (presets asan, tsan)")
