@@ -25,7 +25,7 @@ constexpr std::size_t kMaxBytesBeforeTopic = kMaxHeartbeatBytes - kEnvelopeFixed
 constexpr int kGoodbyeLinger_ms = 100;  // for the last messages to leave; a peer that is gone delays the end by this
 constexpr std::uint64_t kSettlingExchanges = 20;  // a second of heartbeats until largest_clock_bound_ns starts
 // Extrapolation over it costs kMaxDrift * 20 ms = 10 us of the bound at most.
-constexpr std::int64_t kClockPeriod_ns = 20 * kMillisecond_ns;
+constexpr std::int64_t kClockPeriod_ns = 20 * core::kMillisecond_ns;
 
 }  // namespace
 
@@ -81,8 +81,9 @@ int BusThread::PollTimeout_ms() const {
   const bool is_waiting = !open_calls_.empty() || !events_for_step_.empty() || !states_for_step_.empty() ||
                           !acks_for_step_.empty() || core_->events_out.Front() != nullptr;
   const std::int64_t now = core::MonotonicNow_ns();
-  if (is_waiting || is_connecting_) due = std::min(due, now + 5 * kMillisecond_ns);
-  return static_cast<int>(std::clamp<std::int64_t>((due - now + kMillisecond_ns - 1) / kMillisecond_ns, 0, 50));
+  if (is_waiting || is_connecting_) due = std::min(due, now + 5 * core::kMillisecond_ns);
+  return static_cast<int>(
+      std::clamp<std::int64_t>((due - now + core::kMillisecond_ns - 1) / core::kMillisecond_ns, 0, 50));
 }
 
 void BusThread::Run() {

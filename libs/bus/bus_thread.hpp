@@ -16,20 +16,20 @@
 #include "bus/reliable/reliable.hpp"
 #include "bus/security/gate.hpp"
 #include "bus/wire/control.hpp"
+#include "core/clock.hpp"
 #include "proto/bus.pb.h"
 
 namespace bus::detail {
 
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
 // A peer is dead after seven missed heartbeats. Shorter would take a busy machine for a dead node; longer would break
 // the limit of 0.4 s for node_lost.
-constexpr std::int64_t kHeartbeatPeriod_ns = 50 * kMillisecond_ns;
-constexpr std::int64_t kDeadAfter_ns = 350 * kMillisecond_ns;       // reported within one heartbeat period more: 0.4 s
-constexpr std::int64_t kStalledAfter_ns = 400 * kMillisecond_ns;    // no Node::Wait: as long as until node_lost
-constexpr std::int64_t kMissingAfter_ns = 1'000 * kMillisecond_ns;  // in the roster, but no heartbeat yet
-constexpr std::int64_t kHelloPeriod_ns = 500 * kMillisecond_ns;     // a new registry knows all nodes after that
-constexpr std::int64_t kConnectPeriod_ns = 5 * kMillisecond_ns;     // retry while a ZeroMQ handshake is under way
-constexpr std::int64_t kEagerHelloPeriod_ns = 100 * kMillisecond_ns;  // until the registry has answered
+constexpr std::int64_t kHeartbeatPeriod_ns = 50 * core::kMillisecond_ns;
+constexpr std::int64_t kDeadAfter_ns = 350 * core::kMillisecond_ns;  // reported within one heartbeat period more: 0.4 s
+constexpr std::int64_t kStalledAfter_ns = 400 * core::kMillisecond_ns;    // no Node::Wait: as long as until node_lost
+constexpr std::int64_t kMissingAfter_ns = 1'000 * core::kMillisecond_ns;  // in the roster, but no heartbeat yet
+constexpr std::int64_t kHelloPeriod_ns = 500 * core::kMillisecond_ns;     // a new registry knows all nodes after that
+constexpr std::int64_t kConnectPeriod_ns = 5 * core::kMillisecond_ns;     // retry while a ZeroMQ handshake is under way
+constexpr std::int64_t kEagerHelloPeriod_ns = 100 * core::kMillisecond_ns;  // until the registry has answered
 
 // The one thread that touches ZeroMQ sockets: registry, roster, heartbeats, STATE, EVENT and SERVICE.
 //

@@ -11,6 +11,7 @@ std::int64_t MonotonicNow_ns();
 std::int64_t ThreadCpuNow_ns();
 
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::int64_t kTick_ns = 1'000'000;  // 1 kHz, the haptic and dynamics period [VR-OOS, section 3]
 constexpr double kTick_s = 1e-3;              // the same period
 

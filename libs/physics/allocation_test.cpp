@@ -6,6 +6,7 @@
 #include "physics/hook_and_loop.hpp"
 #include "physics/snap.hpp"
 #include "physics/testing/bodies.hpp"
+#include "physics/testing/floor.hpp"
 
 namespace physics {
 namespace {
@@ -46,15 +47,6 @@ TEST(World, StepDoesNotAllocateEvenWhenContactsAppear) {
   }
   btAlignedAllocSetCustomAligned(nullptr, nullptr);
 }
-
-class Floor final : public ClothShape {
- public:
-  Floor() : ClothShape(glm::dvec3(0.0), 1.0) {}
-  double Distance(const glm::dvec3& p_O, glm::dvec3* gradient_O) const override {
-    *gradient_O = {0, 0, 1};
-    return p_O.z;
-  }
-};
 
 TEST(Cloth, StepDoesNotAllocateEvenWhenItIsGrippedAndTouches) {
   auto cloth = *Cloth::Create({});

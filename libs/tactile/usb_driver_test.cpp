@@ -2,12 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "core/clock.hpp"
 #include "tactile/simulated_usb.hpp"
 
 namespace tactile {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 // A bracelet in memory, its driver, and a clock that the test moves. Strengths are given every 4 ms, as the bridge
 // does.
@@ -25,7 +24,7 @@ class UsbDriverTest : public testing::Test {
     const std::int64_t begin_ns = now_ns_;
     while (now_ns_ - begin_ns <= static_cast<std::int64_t>(most_ms * 1e6)) {
       if (is_reached()) return static_cast<double>(now_ns_ - begin_ns) * 1e-6;
-      now_ns_ += kMs;
+      now_ns_ += core::kMillisecond_ns;
       if (now_ns_ % UsbDriver::kTurn_ns != 0) continue;
       if (is_fed_) driver_->Take(Strengths{strengths_, now_ns_});
       driver_->Turn(now_ns_);
@@ -73,8 +72,8 @@ TEST_F(UsbDriverTest, ADriverThatDiesLeavesTheMotorsToTheDevicesWatchdog) {
   Vibrate(1.0f);
   Run(100);
   const std::int64_t died_ns = now_ns_;
-  while (sum() > 0.0 && now_ns_ - died_ns < 1000 * kMs) now_ns_ += kMs;
-  EXPECT_LE(now_ns_ - died_ns, 61 * kMs);
+  while (sum() > 0.0 && now_ns_ - died_ns < 1000 * core::kMillisecond_ns) now_ns_ += core::kMillisecond_ns;
+  EXPECT_LE(now_ns_ - died_ns, 61 * core::kMillisecond_ns);
 }
 
 TEST_F(UsbDriverTest, AStalledEndpointIsClearedAndTheMotorRunsOn) {

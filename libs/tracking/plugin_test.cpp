@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/clock.hpp"
 #include "device/testing/fake_udp_device.hpp"
 
 namespace tracking {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr const char* kUnturned = "[1 0 0 0 1 0 0 0 1]";
 
 // A controller: it sends frames to a port, and hears what comes to its own.
@@ -112,13 +112,13 @@ TEST_F(DtrackPluginTest, AFlysticksTriggerHoldsAndItsStickGrips) {
                      "[0 0.00 0.00] [1 1.0 6 2][100 200 -300]" + kUnturned + keys + "\r\n");
   };
   Send("[0 0.50 0.00]");
-  oos_device_state state = Step(1 * kMs);
+  oos_device_state state = Step(1 * core::kMillisecond_ns);
   EXPECT_EQ(state.flags, 0U);
   EXPECT_EQ(state.X_BD[4], 0.1);
   EXPECT_EQ(state.X_BD[6], -0.3);
   EXPECT_EQ(state.device_time_ns, 5'250'000'000);
   Send("[1 0.00 1.00]");
-  state = Step(2 * kMs);
+  state = Step(2 * core::kMillisecond_ns);
   EXPECT_EQ(state.flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
   EXPECT_EQ(state.buttons, 1U);
   EXPECT_EQ(state.sequence, 2U);
@@ -126,14 +126,14 @@ TEST_F(DtrackPluginTest, AFlysticksTriggerHoldsAndItsStickGrips) {
   EXPECT_EQ(Described().actuated, 0U);
 
   const double width_m = 0.02, stiffness_N_per_m = 8000.0;
-  std::int64_t now_ns = 2 * kMs;
+  std::int64_t now_ns = 2 * core::kMillisecond_ns;
   double pressed_N = 0.0;
   const auto GripFor = [&](const std::string& keys, int ticks) {
     for (int i = 0; i < ticks; ++i) {
       if (i % 16 == 0) Send(keys);
       oos_device_command command{};
       pressed_N = command.grip_force_N = stiffness_N_per_m * std::max(0.0, width_m - state.opening_m);
-      state = Step(now_ns += kMs, &command);
+      state = Step(now_ns += core::kMillisecond_ns, &command);
     }
   };
   GripFor("[1 0.00 1.00]", 1000);
@@ -157,25 +157,25 @@ TEST_F(DtrackPluginTest, EachStepIsASampleUntilFramesStayAway) {
                      "[1 0 0]");
   };
   Send(0.0, "1.000");
-  EXPECT_EQ(Step(100 * kMs).sequence, 1U);
+  EXPECT_EQ(Step(100 * core::kMillisecond_ns).sequence, 1U);
   Send(3.0, "1.020");
-  oos_device_state state = Step(120 * kMs);
+  oos_device_state state = Step(120 * core::kMillisecond_ns);
   EXPECT_EQ(state.sequence, 2U);
   EXPECT_NEAR(state.V_BD[3], 0.15, 1e-9) << "3 mm in 20 ms";
-  state = Step(125 * kMs);
+  state = Step(125 * core::kMillisecond_ns);
   EXPECT_EQ(state.sequence, 3U);
   EXPECT_EQ(state.device_time_ns, 1'025'000'000);
   EXPECT_NEAR(state.X_BD[4], 0.003, 1e-12);
-  EXPECT_EQ(Step(171 * kMs).sequence, 3U);
+  EXPECT_EQ(Step(171 * core::kMillisecond_ns).sequence, 3U);
 }
 
 // Its place is zeros then, and must not move the hand; what its buttons say still counts, but for the dead-man.
 TEST_F(DtrackPluginTest, WhatTheCamerasDoNotSeeIsLetGoAndStaysWhereItWas) {
   ASSERT_EQ(Open({}), OOS_DEVICE_OK) << why_;
   controller_.Send(std::string("6df2 1 1 [0 1.0 6 2][100 200 300]") + kUnturned + "[1 0 0]");
-  EXPECT_EQ(Step(1 * kMs).flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
+  EXPECT_EQ(Step(1 * core::kMillisecond_ns).flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
   controller_.Send("6df2 1 1 [0 -1.0 6 2][0 0 0][0 0 0 0 0 0 0 0 0][3 0 0]");
-  const oos_device_state state = Step(2 * kMs);
+  const oos_device_state state = Step(2 * core::kMillisecond_ns);
   EXPECT_EQ(state.sequence, 2U) << "the link is good";
   EXPECT_EQ(state.flags, 0U);
   EXPECT_EQ(state.X_BD[5], 0.2);
@@ -200,7 +200,7 @@ TEST_F(DtrackPluginTest, AHandsJawsGoWhereThumbAndIndexFingerAre) {
       if (i % 16 == 0) Send(apart_mm);
       oos_device_command command{};
       pressed_N = command.grip_force_N = 8000.0 * std::max(0.0, width_m - state.opening_m);
-      state = Step(now_ns += kMs, &command);
+      state = Step(now_ns += core::kMillisecond_ns, &command);
     }
   };
   StepFor(50.0, 0.0);
@@ -235,7 +235,7 @@ TEST_F(DtrackPluginTest, AHandWithASensorPressesAsItPinches) {
       }
       oos_device_command command{};
       pressed_N = command.grip_force_N = 8000.0 * std::max(0.0, 0.03 - state.opening_m);
-      state = Step(now_ns += kMs, &command);
+      state = Step(now_ns += core::kMillisecond_ns, &command);
     }
   };
   StepFor("pinch 2 [1 0.9 0.9 0.9 0.9] [0 0.1 0.4 0 0]", 2000);
@@ -254,15 +254,15 @@ TEST_F(DtrackPluginTest, AGloveTellsTheAnglesOfTheFingers) {
   ASSERT_EQ(Open({{"body", "4"}, {"glove", std::to_string(glove_port)}}), OOS_DEVICE_OK) << why_;
   const Controller glove(glove_port);
   controller_.Send(std::string("6d 1 [4 1.0][100 200 300]") + kUnturned);
-  EXPECT_EQ(Step(1 * kMs).num_finger_joints, 0U) << "nothing has come";
+  EXPECT_EQ(Step(1 * core::kMillisecond_ns).num_finger_joints, 0U) << "nothing has come";
   glove.Send("glove 2 [1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1] [4 1.1 0.2 0 0.3 0 0 0.3 0 0 0.3 0 0 0.3 0 -0.1]\r\n");
-  oos_device_state state = Step(2 * kMs);
+  oos_device_state state = Step(2 * core::kMillisecond_ns);
   ASSERT_EQ(state.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
   EXPECT_EQ(state.finger_rad[0], 1.1);
   EXPECT_EQ(state.finger_rad[14], -0.1);
   EXPECT_EQ(state.X_BD[4], 0.1);
   glove.Send("glove 1 [4 0.5 0.5 0.5");
-  state = Step(3 * kMs);
+  state = Step(3 * core::kMillisecond_ns);
   EXPECT_EQ(state.finger_rad[0], 1.1);
   EXPECT_EQ(state.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
 }
@@ -273,7 +273,7 @@ TEST_F(DtrackPluginTest, ATrackedHandTellsTheAnglesOfItsFingers) {
   const std::string bent =
       std::string("[0 0 18]") + "[0 0 -1 0 1 0 1 0 0]" + "[9 20 30 20 40 40]";  // its x is the hand's -z
   controller_.Send(std::string("gl 1 [0 1.0 0 3][0 0 0]") + kUnturned + straight + bent + straight);
-  const oos_device_state state = Step(1 * kMs);
+  const oos_device_state state = Step(1 * core::kMillisecond_ns);
   ASSERT_EQ(state.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
   constexpr double kDegree = 0.017453292519943295;
   EXPECT_NEAR(state.finger_rad[3], 20.0 * kDegree, 1e-6);
@@ -286,32 +286,32 @@ TEST_F(DtrackPluginTest, ATrackedHandTellsTheAnglesOfItsFingers) {
 TEST_F(DtrackPluginTest, ABodyIsFollowedWhileTheCamerasSeeIt) {
   ASSERT_EQ(Open({{"body", "4"}}), OOS_DEVICE_OK) << why_;
   controller_.Send(std::string("fr 7\r\n6d 2 [1 1.0][9 9 9]") + kUnturned + " [4 1.0][100 200 300]" + kUnturned);
-  oos_device_state state = Step(1 * kMs);
+  oos_device_state state = Step(1 * core::kMillisecond_ns);
   EXPECT_EQ(state.flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
   EXPECT_EQ(state.X_BD[5], 0.2);
   EXPECT_EQ(state.opening_m, 0.08) << "there is nothing to grip with";
   EXPECT_STREQ(Described().name, "body by ART DTrack");
   controller_.Send(std::string("fr 8\r\n6d 1 [1 1.0][9 9 9]") + kUnturned);
-  state = Step(17 * kMs);
+  state = Step(17 * core::kMillisecond_ns);
   EXPECT_EQ(state.flags, 0U);
   EXPECT_EQ(state.X_BD[5], 0.2);
 }
 
 TEST_F(DtrackPluginTest, FingersVibrateWithTheForceOfTheJawsUntilTheBridgeFallsSilent) {
   ASSERT_EQ(Open({{"hand", "0"}, {"tactile", controller_.address()}}), OOS_DEVICE_OK) << why_;
-  Step(1 * kMs);
+  Step(1 * core::kMillisecond_ns);
   EXPECT_EQ(controller_.Heard(), "") << "no hand yet";
   controller_.Send(std::string("gl 1 [0 1.0 1 0][0 0 0]") + kUnturned);
   oos_device_command command{};
   command.grip_force_N = 4.0;
-  Step(2 * kMs, &command);
+  Step(2 * core::kMillisecond_ns, &command);
   EXPECT_EQ(controller_.Heard(), "tfb 2 [0 0 1.00 0.40] [0 1 1.00 0.40]");
-  Step(10 * kMs, &command);
+  Step(10 * core::kMillisecond_ns, &command);
   EXPECT_EQ(controller_.Heard(), "") << "thirty a second";
   command.grip_force_N = -50.0;
-  Step(60 * kMs, &command);
+  Step(60 * core::kMillisecond_ns, &command);
   EXPECT_EQ(controller_.Heard(), "tfb 2 [0 0 1.00 1.00] [0 1 1.00 1.00]");
-  Step(121 * kMs);
+  Step(121 * core::kMillisecond_ns);
   EXPECT_EQ(controller_.Heard(), "tfb 2 [0 0 1.00 0.00] [0 1 1.00 0.00]");
 }
 

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/clock.hpp"
+
 namespace view {
 namespace {
-
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 Scene SceneAt(double x_m, double time_s, const std::string& step = "") {
   Scene scene;
@@ -18,7 +18,8 @@ Scene SceneAt(double x_m, double time_s, const std::string& step = "") {
 
 TEST(SceneHistory, APathHasOnlyThingsThatMoveAndNoPointTwice) {
   SceneHistory history({false, true});
-  for (int k = 1; k <= 40; ++k) history.Take(SceneAt(k <= 20 ? 0.01 * k : 0.2, 0.1 * k), k * kSecond_ns);
+  for (int k = 1; k <= 40; ++k)
+    history.Take(SceneAt(k <= 20 ? 0.01 * k : 0.2, 0.1 * k), k * core::kNanosecondsPerSecond);
   Scene scene;
   history.AddPaths(&scene);
   ASSERT_EQ(scene.lines.size(), 1u);
@@ -31,7 +32,7 @@ TEST(SceneHistory, APathForgetsItsBeginning) {
   SceneHistory history({false, true});
   for (std::size_t k = 1; k <= SceneHistory::kMaxPathPoints + 10; ++k) {
     const auto i = static_cast<std::int64_t>(k);
-    history.Take(SceneAt(0.01 * static_cast<double>(k), static_cast<double>(k)), i * kSecond_ns);
+    history.Take(SceneAt(0.01 * static_cast<double>(k), static_cast<double>(k)), i * core::kNanosecondsPerSecond);
   }
   Scene scene;
   history.AddPaths(&scene);
@@ -42,7 +43,7 @@ TEST(SceneHistory, APathForgetsItsBeginning) {
 TEST(SceneHistory, StepsHaveTheirSimulatedTimes) {
   SceneHistory history({});
   history.Take(SceneAt(0, 1.0, "cover"), 0);
-  history.Take(SceneAt(0, 4.5, "grasp"), kSecond_ns);
+  history.Take(SceneAt(0, 4.5, "grasp"), core::kNanosecondsPerSecond);
   Scene scene = SceneAt(0, 6.0, "grasp");
   history.AddSteps(&scene);
   ASSERT_EQ(scene.texts.size(), 2u);
@@ -52,7 +53,7 @@ TEST(SceneHistory, StepsHaveTheirSimulatedTimes) {
 
 TEST(SceneHistory, TheClockComparesSimulatedAndRealTime) {
   SceneHistory history({});
-  for (int k = 0; k <= 40; ++k) history.Take(SceneAt(0, 1.0 + 0.05 * k), k * kSecond_ns / 10);
+  for (int k = 0; k <= 40; ++k) history.Take(SceneAt(0, 1.0 + 0.05 * k), k * core::kNanosecondsPerSecond / 10);
   Scene scene;
   history.AddClock(&scene);
   ASSERT_EQ(scene.texts.size(), 1u);
@@ -61,9 +62,9 @@ TEST(SceneHistory, TheClockComparesSimulatedAndRealTime) {
 
 TEST(SceneHistory, ARestartedPhysicsBeginsAnew) {
   SceneHistory history({false, true});
-  history.Take(SceneAt(0.1, 5.0, "cover"), kSecond_ns);
-  history.Take(SceneAt(0.2, 6.0, "cover"), 2 * kSecond_ns);
-  history.Take(SceneAt(0.0, 0.1, "cover"), 3 * kSecond_ns);
+  history.Take(SceneAt(0.1, 5.0, "cover"), core::kNanosecondsPerSecond);
+  history.Take(SceneAt(0.2, 6.0, "cover"), 2 * core::kNanosecondsPerSecond);
+  history.Take(SceneAt(0.0, 0.1, "cover"), 3 * core::kNanosecondsPerSecond);
   Scene scene;
   history.AddPaths(&scene);
   EXPECT_TRUE(scene.lines.empty());

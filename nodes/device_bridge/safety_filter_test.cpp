@@ -7,10 +7,10 @@
 #include <limits>
 #include <random>
 
+#include "core/clock.hpp"
+
 namespace device_bridge {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 DeviceReading Held() {
   DeviceReading reading;
@@ -30,7 +30,7 @@ SafetyFilter Running(const glm::dvec3& force_N, std::int64_t* now_ns, std::uint6
                      const FilterLimits& limits = {}) {
   SafetyFilter filter = *SafetyFilter::Create(limits);
   for (int i = 0; i < 1200; ++i) {
-    *now_ns += kMs;
+    *now_ns += core::kMillisecond_ns;
     filter.Accept(Command(++*sequence, force_N), *now_ns);
     filter.Apply(*now_ns, Held());
   }
@@ -41,7 +41,7 @@ TEST(SafetyFilter, PassesAValidCommandUnchanged) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({3, -4, 12}, &now_ns, &sequence);
-  const FilteredForce out = filter.Apply(now_ns + kMs, Held());
+  const FilteredForce out = filter.Apply(now_ns + core::kMillisecond_ns, Held());
   EXPECT_EQ(out.F_Do_W().force_N, glm::dvec3(3, -4, 12));
   EXPECT_EQ(filter.status(), kFilterOk);
   EXPECT_EQ(out.brake_N_s_per_m(), 0.0);
@@ -56,7 +56,7 @@ TEST(SafetyFilter, IsGoneTwentyMillisecondsAfterTheDeadManWhereverTheCommandJump
   SafetyFilter filter = Running({50, 0, 0}, &now_ns, &sequence, slow);
   glm::dvec3 out_N(50, 0, 0);
   for (int i = 0; i <= 20; ++i) {
-    now_ns += kMs;
+    now_ns += core::kMillisecond_ns;
     filter.Accept(Command(++sequence, 1e3 * glm::cross(out_N, glm::dvec3(0, 0, 1))), now_ns);
     out_N = filter.Apply(now_ns, DeviceReading{}).F_Do_W().force_N;
   }
@@ -71,7 +71,7 @@ TEST(SafetyFilter, AnOriginOfAnyTimeNeitherKeepsNorOverflowsTheAge) {
     core::DeviceCommand command = Command(1, {10, 0, 0});
     command.header.direct = {7, origin_ns, {}};
     filter.Accept(command, now_ns);
-    for (int i = 0; i < 100; ++i) filter.Apply(now_ns += kMs, Held());
+    for (int i = 0; i < 100; ++i) filter.Apply(now_ns += core::kMillisecond_ns, Held());
     EXPECT_NE(filter.status() & kSilent, 0U) << origin_ns;
     EXPECT_EQ(filter.Apply(now_ns, Held()).F_Do_W().force_N.x, 0.0);
   }
@@ -82,7 +82,7 @@ TEST(SafetyFilter, StartsWithARampOfOneSecond) {
   std::int64_t now_ns = 0;
   double previous = 0.0;
   for (int i = 1; i <= 1000; ++i) {
-    now_ns += kMs;
+    now_ns += core::kMillisecond_ns;
     filter.Accept(Command(static_cast<std::uint64_t>(i), {10, 0, 0}), now_ns);
     const double force_N = filter.Apply(now_ns, Held()).F_Do_W().force_N.x;
     EXPECT_GE(force_N, previous);
@@ -96,12 +96,12 @@ TEST(SafetyFilter, SilenceHoldsThenFadesToZeroWithin60Ms) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({0, 0, 24}, &now_ns, &sequence);
-  for (std::int64_t silent_ns = 0; silent_ns <= 80 * kMs; silent_ns += kMs / 4) {
+  for (std::int64_t silent_ns = 0; silent_ns <= 80 * core::kMillisecond_ns; silent_ns += core::kMillisecond_ns / 4) {
     const FilteredForce out = filter.Apply(now_ns + silent_ns, Held());
     const double force_N = out.F_Do_W().force_N.z;
-    if (silent_ns <= 10 * kMs) {
+    if (silent_ns <= 10 * core::kMillisecond_ns) {
       EXPECT_EQ(force_N, 24.0);
-    } else if (silent_ns < 58 * kMs) {
+    } else if (silent_ns < 58 * core::kMillisecond_ns) {
       EXPECT_NEAR(force_N, 24.0 * (1.0 - (silent_ns - 10e6) / 48e6), 0.02);
       EXPECT_GT(out.brake_N_s_per_m(), 0.0);
       EXPECT_TRUE(filter.status() & kDegraded);
@@ -117,10 +117,10 @@ TEST(SafetyFilter, KeepsTheFirstCauseOfALossOfForce) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({0, 0, 24}, &now_ns, &sequence);
-  filter.Apply(now_ns + 15 * kMs, Held());
+  filter.Apply(now_ns + 15 * core::kMillisecond_ns, Held());
   const std::int64_t first_ns = filter.first_cause_ns();
   DeviceReading released;
-  filter.Apply(now_ns + 90 * kMs, released);
+  filter.Apply(now_ns + 90 * core::kMillisecond_ns, released);
   EXPECT_EQ(filter.first_cause(), kDegraded);
   EXPECT_EQ(filter.first_cause_ns(), first_ns);
 }
@@ -132,7 +132,7 @@ TEST(SafetyFilter, ARepeatedOldForceCountsAsSilence) {
   const std::int64_t origin_ns = now_ns;  // every later command is computed from this one sample
   double force_N = 0.0;
   for (int i = 0; i < 100; ++i) {
-    now_ns += kMs;
+    now_ns += core::kMillisecond_ns;
     core::DeviceCommand command = Command(++sequence, {0, 0, 24});
     command.header.direct.id = core::MakeTraceId(0, 7);
     command.header.direct.origin_ns = origin_ns;
@@ -147,7 +147,7 @@ TEST(SafetyFilter, DuplicateAndReorderedCommandsCountAsSilence) {
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({5, 0, 0}, &now_ns, &sequence);
   for (int i = 0; i < 60; ++i) {
-    now_ns += kMs;
+    now_ns += core::kMillisecond_ns;
     filter.Accept(Command(sequence - static_cast<std::uint64_t>(i % 3), {-40, 0, 0}), now_ns);  // same or older numbers
     const double force_N = filter.Apply(now_ns, Held()).F_Do_W().force_N.x;
     EXPECT_GE(force_N, 0.0) << "an old command was obeyed";
@@ -163,12 +163,12 @@ TEST(SafetyFilter, AcceptsARestartedSourceAfterSilenceWithARamp) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({5, 0, 0}, &now_ns, &sequence);
-  now_ns += 100 * kMs;
+  now_ns += 100 * core::kMillisecond_ns;
   filter.Apply(now_ns, Held());
   double first = -1.0;
   double last = 0.0;
   for (std::uint64_t i = 1; i <= 250; ++i) {
-    now_ns += kMs;
+    now_ns += core::kMillisecond_ns;
     filter.Accept(Command(i, {5, 0, 0}), now_ns);
     last = filter.Apply(now_ns, Held()).F_Do_W().force_N.x;
     if (first < 0.0) first = last;
@@ -182,10 +182,10 @@ TEST(SafetyFilter, ACommandThatIsNotFiniteIsAFaultUntilTheDeadManIsPressedAgain)
   std::uint64_t sequence = 0;
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     SafetyFilter filter = Running({0, 20, 0}, &now_ns, &sequence);
-    filter.Accept(Command(++sequence, {0, bad, 0}), now_ns + kMs);
+    filter.Accept(Command(++sequence, {0, bad, 0}), now_ns + core::kMillisecond_ns);
     double force_N = 1.0;
     for (int i = 1; i <= 100; ++i) {
-      now_ns += kMs;
+      now_ns += core::kMillisecond_ns;
       filter.Accept(Command(++sequence, {0, 20, 0}), now_ns);
       force_N = filter.Apply(now_ns, Held()).F_Do_W().force_N.y;
       if (i >= 21) {
@@ -196,7 +196,7 @@ TEST(SafetyFilter, ACommandThatIsNotFiniteIsAFaultUntilTheDeadManIsPressedAgain)
     EXPECT_EQ(filter.first_cause(), kNotFinite);
     filter.Apply(now_ns, DeviceReading{});  // let go
     for (int i = 0; i < 1100; ++i) {
-      now_ns += kMs;
+      now_ns += core::kMillisecond_ns;
       filter.Accept(Command(++sequence, {0, 20, 0}), now_ns);
       force_N = filter.Apply(now_ns, Held()).F_Do_W().force_N.y;
     }
@@ -210,7 +210,7 @@ TEST(SafetyFilter, ReleasingTheDeadManRemovesTheForceWithin20Ms) {
   SafetyFilter filter = Running({30, 0, 0}, &now_ns, &sequence);
   double force_N = 30.0;
   for (int i = 1; i <= 20; ++i) {
-    now_ns += kMs;
+    now_ns += core::kMillisecond_ns;
     filter.Accept(Command(++sequence, {30, 0, 0}), now_ns);
     force_N = filter.Apply(now_ns, DeviceReading{}).F_Do_W().force_N.x;
   }
@@ -232,7 +232,7 @@ TEST(SafetyFilter, LimitsTheRate) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({-50, 0, 0}, &now_ns, &sequence);
-  now_ns += kMs;
+  now_ns += core::kMillisecond_ns;
   filter.Accept(Command(++sequence, {50, 0, 0}), now_ns);
   EXPECT_NEAR(filter.Apply(now_ns, Held()).F_Do_W().force_N.x, -50.0 + 20.0, 1e-9);  // 20 kN/s for 1 ms
   EXPECT_TRUE(filter.status() & kRateLimited);
@@ -250,7 +250,7 @@ TEST(SafetyFilter, LimitsPowerIntoTheHandButNotResistance) {
   EXPECT_NEAR(filter.Apply(now_ns, moving).F_Do_W().force_N.x, 10.0, 1e-9);
   EXPECT_TRUE(filter.status() & kPowerLimited);
   moving.V_WD.linear_m_per_s = {-0.5, 0, 0};  // the hand pushes against it
-  now_ns += kMs;
+  now_ns += core::kMillisecond_ns;
   EXPECT_NEAR(filter.Apply(now_ns, moving).F_Do_W().force_N.x, 20.0, 1e-9);
 }
 
@@ -275,8 +275,8 @@ TEST(SafetyFilter, CanBeTightenedButNeverLoosened) {
   filter.Tighten(wide);
   EXPECT_EQ(filter.limits().max_force_N, 50.0);
   EXPECT_EQ(filter.limits().max_torque_Nm, 8.0);
-  EXPECT_EQ(filter.limits().hold_ns, 10 * kMs);
-  EXPECT_EQ(filter.limits().start_ramp_ns, 1000 * kMs);
+  EXPECT_EQ(filter.limits().hold_ns, 10 * core::kMillisecond_ns);
+  EXPECT_EQ(filter.limits().start_ramp_ns, 1000 * core::kMillisecond_ns);
   FilterLimits narrow;
   narrow.max_force_N = 12.0;
   filter.Tighten(narrow);
@@ -313,22 +313,22 @@ TEST(SafetyFilter, HoldsItsLimitsInEverySampleOf100000RandomCommandStreams) {
   std::uint64_t num_acting = 0;
   for (int stream = 0; stream < 100'000; ++stream) {
     FilterLimits limits;
-    limits.start_ramp_ns = static_cast<std::int64_t>(random() % 3) * kMs;
-    limits.restart_ramp_ns = static_cast<std::int64_t>(random() % 3) * kMs;
+    limits.start_ramp_ns = static_cast<std::int64_t>(random() % 3) * core::kMillisecond_ns;
+    limits.restart_ramp_ns = static_cast<std::int64_t>(random() % 3) * core::kMillisecond_ns;
     limits.max_force_N = 1.0 + static_cast<double>(random() % 100);
     limits.max_torque_Nm = 0.1 + static_cast<double>(random() % 100) * 0.1;
     SafetyFilter filter = *SafetyFilter::Create(limits);
     const bool is_wild = random() % 2 == 0;
-    std::int64_t now_ns = static_cast<std::int64_t>(random() % 1000) * kMs;
-    std::int64_t last_good_ns = now_ns - 1000 * kMs;
+    std::int64_t now_ns = static_cast<std::int64_t>(random() % 1000) * core::kMillisecond_ns;
+    std::int64_t last_good_ns = now_ns - 1000 * core::kMillisecond_ns;
     std::int64_t latest_ns = now_ns;
     std::int64_t previous_ns = now_ns;
     glm::dvec3 previous_N(0.0);
     filter.Apply(now_ns, Held());  // starts its clock
     for (int i = 0; i < 40; ++i) {
-      now_ns += static_cast<std::int64_t>(random() % 4) * kMs / 2;
-      if (random() % 32 == 0) now_ns += static_cast<std::int64_t>(random() % 80) * kMs;
-      if (is_wild && random() % 32 == 0) now_ns -= static_cast<std::int64_t>(random() % 5) * kMs;
+      now_ns += static_cast<std::int64_t>(random() % 4) * core::kMillisecond_ns / 2;
+      if (random() % 32 == 0) now_ns += static_cast<std::int64_t>(random() % 80) * core::kMillisecond_ns;
+      if (is_wild && random() % 32 == 0) now_ns -= static_cast<std::int64_t>(random() % 5) * core::kMillisecond_ns;
       latest_ns = std::max(latest_ns, now_ns);
       if (random() % 4 != 0) {
         core::DeviceCommand command = Command(static_cast<std::uint64_t>(i) + random() % 4, {});
@@ -360,7 +360,7 @@ TEST(SafetyFilter, HoldsItsLimitsInEverySampleOf100000RandomCommandStreams) {
       if (std::isfinite(power_W)) {
         ASSERT_LE(power_W, limits.max_power_W * (1.0 + 1e-9));
       }
-      if (latest_ns - last_good_ns >= 60 * kMs) {
+      if (latest_ns - last_good_ns >= 60 * core::kMillisecond_ns) {
         ASSERT_EQ(norm_N, 0.0);
       }
       // The rate may be exceeded only where the force is withdrawn for safety.

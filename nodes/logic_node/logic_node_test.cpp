@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "core/clock.hpp"
 #include "scene/load_scenario.hpp"
 
 namespace logic_node {
@@ -14,8 +15,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 // A small scene in code: a switch, a latch, a module, a lamp, one hand.
 scene::Scenario MakeScenario() {
@@ -136,7 +135,7 @@ TEST_F(LogicNodeTest, RunsTheProcedureToItsEnd) {
   EXPECT_TRUE(outputs_.changes.empty());
 
   physics_.mechanisms[0].state = 0;
-  Step(2 * kSecond_ns);
+  Step(2 * core::kNanosecondsPerSecond);
   EXPECT_EQ(outputs_.status.step, "insert_new");
   EXPECT_EQ(outputs_.status.lamps[0].red, 1.0f);
   EXPECT_EQ(outputs_.status.lamps[0].green, 0.0f);
@@ -150,7 +149,7 @@ TEST_F(LogicNodeTest, RunsTheProcedureToItsEnd) {
   EXPECT_EQ(Step().step, "let_go");
   EXPECT_FALSE(Step().is_final);
   inputs_.grasped_objects = {core::kNoObject};
-  Step(kSecond_ns);
+  Step(core::kNanosecondsPerSecond);
   EXPECT_TRUE(outputs_.status.is_final);
   EXPECT_FALSE(outputs_.status.is_failed);
 

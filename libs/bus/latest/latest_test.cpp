@@ -14,6 +14,7 @@
 #include "bus/latest/history.hpp"
 #include "bus/latest/latest_io.hpp"
 #include "bus/latest/sequence_tracker.hpp"
+#include "core/clock.hpp"
 
 namespace bus::detail {
 namespace {
@@ -22,7 +23,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint64_t kSession = 7;
 constexpr std::uint64_t kWriter = 11, kReader = 12;  // instances
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
 
 class Link {
  public:
@@ -79,7 +79,7 @@ class Link {
   }
 
   TypedSender<core::HapticProxy> sender{"haptic/right/proxy"};
-  TypedReceiver<core::HapticProxy> receiver{"haptic/right/proxy", 10 * kMillisecond_ns};
+  TypedReceiver<core::HapticProxy> receiver{"haptic/right/proxy", 10 * core::kMillisecond_ns};
   core::Trace trace;
 
  private:
@@ -322,11 +322,11 @@ TEST(Latest, DatagramsForOtherReadersOfTheGroupAreCountedApart) {
 }
 
 TEST(Latest, LateAndRestoredSamplesHaveTimesOfThisMachinesClock) {
-  constexpr std::int64_t kOffset_ns = 5 * kMillisecond_ns;
+  constexpr std::int64_t kOffset_ns = 5 * core::kMillisecond_ns;
   Link link;
   link.receiver.clock_offset_ns = kOffset_ns;
   link.trace.id = core::MakeTraceId(0, 1);
-  link.trace.origin_ns = 7 * kMillisecond_ns;
+  link.trace.origin_ns = 7 * core::kMillisecond_ns;
   std::map<std::uint64_t, std::int64_t> published_ns;
   const auto send = [&] {
     const Bytes bytes = link.Send();
@@ -373,7 +373,7 @@ TEST(Latest, ALaterReaderInTheSameSlotHasAnAccountOfItsOwn) {
 // Period T, hops of at most h, random losses, reads at any time: when the k newest messages that are due were lost, the
 // value read was published at most (k + 1) T + h ago.
 TEST(Latest, AgeIsAtMostConsecutiveLossesPlusOnePeriodsPlusHop) {
-  constexpr std::int64_t kPeriod_ns = kMillisecond_ns;
+  constexpr std::int64_t kPeriod_ns = core::kMillisecond_ns;
   constexpr std::int64_t kMaxHop_ns = 300'000;
   for (const unsigned loss_per_mille : {0u, 1u, 10u, 50u, 500u}) {
     std::mt19937_64 random(loss_per_mille + 1);
@@ -424,8 +424,8 @@ TEST(Latest, PublishAgeIncludesTheClockOffset) {
   EXPECT_EQ(reader.publish_age_ns(published_ns + 70), 70);
   EXPECT_EQ(reader.publish_age_ns(published_ns + 70, 50), 20);  // this host's clock is 50 ns ahead
   EXPECT_EQ(reader.age_ns(1'600), 600);
-  EXPECT_FALSE(reader.is_stale(1'000 + 10 * kMillisecond_ns));
-  EXPECT_TRUE(reader.is_stale(1'001 + 10 * kMillisecond_ns));
+  EXPECT_FALSE(reader.is_stale(1'000 + 10 * core::kMillisecond_ns));
+  EXPECT_TRUE(reader.is_stale(1'001 + 10 * core::kMillisecond_ns));
 }
 
 TEST(EarlierSamples, ParsingStaysWithinTheBytes) {

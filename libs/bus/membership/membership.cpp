@@ -214,7 +214,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
 // An unknown sender: the roster here is out of date.
 void BusThread::RequestRoster() {
   roster_version_ = 0;
-  next_hello_ns_ = std::min(next_hello_ns_, core::MonotonicNow_ns() + 20 * kMillisecond_ns);
+  next_hello_ns_ = std::min(next_hello_ns_, core::MonotonicNow_ns() + 20 * core::kMillisecond_ns);
 }
 
 void BusThread::UpdateSenders() {

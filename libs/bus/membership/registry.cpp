@@ -25,11 +25,10 @@
 namespace bus {
 namespace {
 
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
 // Three HELLO periods of 0.5 s: a silent node is dropped from the roster.
-constexpr std::int64_t kSilentAfter_ns = 1'500 * kMillisecond_ns;
+constexpr std::int64_t kSilentAfter_ns = 1'500 * core::kMillisecond_ns;
 // One HELLO period and 0.3 s of jitter: a silent node gives way to a newcomer that conflicts with it.
-constexpr std::int64_t kYieldsAfter_ns = 800 * kMillisecond_ns;
+constexpr std::int64_t kYieldsAfter_ns = 800 * core::kMillisecond_ns;
 
 struct Entry {
   oos::NodeRecord record;

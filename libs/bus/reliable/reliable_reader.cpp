@@ -16,11 +16,11 @@ namespace {
 
 // Several round trips of a slow network, so that a SUBSCRIBE that is only late is not repeated; and the pause that an
 // evicted reader gets to catch up.
-constexpr std::int64_t kResubscribeAfter_ns = 300 * kMillisecond_ns;
+constexpr std::int64_t kResubscribeAfter_ns = 300 * core::kMillisecond_ns;
 // Four heartbeats: a sequence gap that lasts longer is a loss, not a message still under way.
-constexpr std::int64_t kBehindTooLong_ns = 200 * kMillisecond_ns;
+constexpr std::int64_t kBehindTooLong_ns = 200 * core::kMillisecond_ns;
 // One retransmission arrives before the next one is requested.
-constexpr std::int64_t kBetweenRepairs_ns = 50 * kMillisecond_ns;
+constexpr std::int64_t kBetweenRepairs_ns = 50 * core::kMillisecond_ns;
 constexpr std::uint64_t kAckEvery = kEventCredit / 4;  // within a burst: the writer must not run out of credit
 // Room for a step thread that stalls. Events beyond it are retransmitted later; of STATE the newest value of each key
 // stays.

@@ -11,11 +11,11 @@ namespace bus::detail {
 namespace {
 
 // A reader on a busy machine may be scheduled out for tens of ms; a longer one would hold up the others.
-constexpr std::int64_t kSlowAfter_ns = 100 * kMillisecond_ns;
+constexpr std::int64_t kSlowAfter_ns = 100 * core::kMillisecond_ns;
 // Far above a round trip and the interval of acknowledgements, so that it is sent only when one was lost.
-constexpr std::int64_t kRequestAckAfter_ns = 500 * kMillisecond_ns;
+constexpr std::int64_t kRequestAckAfter_ns = 500 * core::kMillisecond_ns;
 // A subscriber that stays out of the roster that long (20 HELLO periods) is forgotten.
-constexpr std::int64_t kUnknownTooLong_ns = 10'000 * kMillisecond_ns;
+constexpr std::int64_t kUnknownTooLong_ns = 10'000 * core::kMillisecond_ns;
 // In turn; 20 heartbeats a second carry 160 accounts (kMaxHeartbeatBytes limits a heartbeat).
 constexpr std::size_t kAccountsPerHeartbeat = 8;
 

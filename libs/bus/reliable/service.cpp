@@ -13,9 +13,9 @@ namespace bus::detail {
 namespace {
 
 // Ten heartbeats: an owner in the roster that has just started becomes alive within that time.
-constexpr std::int64_t kWaitForOwners_ns = 500 * kMillisecond_ns;
+constexpr std::int64_t kWaitForOwners_ns = 500 * core::kMillisecond_ns;
 // Well above a round trip with an owner's tick in it; ten tries fit the default deadline of 1 s.
-constexpr std::int64_t kRepeatAfter_ns = 100 * kMillisecond_ns;
+constexpr std::int64_t kRepeatAfter_ns = 100 * core::kMillisecond_ns;
 // Answers kept for repetitions: with the default deadline of 1 s, all of them up to a thousand calls per second.
 constexpr std::size_t kMaxServed = 1'024;
 

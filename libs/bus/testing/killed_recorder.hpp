@@ -57,7 +57,6 @@ inline KilledRecorder RecordAndKill(const std::filesystem::path& folder, std::ui
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   const TapFile file{folder / "node.mcap", "node", {}, {}, 0, 0};
-  constexpr std::int64_t kMillisecond_ns = 1'000'000;
 
   const pid_t child = fork();
   if (child == 0) {
@@ -65,7 +64,7 @@ inline KilledRecorder RecordAndKill(const std::filesystem::path& folder, std::ui
     const auto run = [&](Tap* tap, auto&& wait) {
       const std::uint16_t slot = tap->AddTopic({TapKind::kSent, "event", TopicClass::kEvent, "", ""});
       for (std::uint64_t i = 1;; ++i) {
-        const std::int64_t now_ns = wait(static_cast<std::int64_t>(i) * kMillisecond_ns);
+        const std::int64_t now_ns = wait(static_cast<std::int64_t>(i) * core::kMillisecond_ns);
         tap->Put(slot, i, now_ns, now_ns, {}, payload);
         shared->now_ns.store(now_ns);
         shared->num_put.store(i);

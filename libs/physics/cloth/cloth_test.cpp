@@ -6,12 +6,14 @@
 #include <cmath>
 #include <functional>
 
+#include "physics/testing/floor.hpp"
+#include "physics/testing/trials/build.hpp"
 #include "physics/testing/trials/drape.hpp"
 
 namespace physics {
 namespace {
 
-constexpr double kDt = 1e-3;
+using trials::kDt;
 
 class Ball final : public ClothShape {
  public:
@@ -20,16 +22,6 @@ class Ball final : public ClothShape {
     const double length = glm::length(p_O);
     *gradient_O = length > 0.0 ? p_O / length : glm::dvec3(0, 0, 1);
     return length - radius_m();
-  }
-};
-
-// The floor: the half space z < 0, reported within a sphere of 1 m.
-class Floor final : public ClothShape {
- public:
-  Floor() : ClothShape(glm::dvec3(0.0), 1.0) {}
-  double Distance(const glm::dvec3& p_O, glm::dvec3* gradient_O) const override {
-    *gradient_O = {0, 0, 1};
-    return p_O.z;
   }
 };
 

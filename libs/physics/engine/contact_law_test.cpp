@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/testing/trials/build.hpp"
+
 namespace physics {
 namespace {
 
-constexpr double kDt = 1e-3;
+using trials::kDt;
 
 double Potential(double k, double gap) {
   const double depth = std::min(gap, 0.0);

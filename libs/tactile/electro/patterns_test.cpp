@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/clock.hpp"
+
 namespace tactile {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 ElectrodePlaces Grid() {
   ElectrodePlaces places;
@@ -25,7 +25,8 @@ FingerContact Pressing() {
 ContactKind After(double ms, const FingerContact& contact) {
   ContactClassifier classifier;
   ContactKind kind = ContactKind::kNone;
-  for (std::int64_t t_ns = 1000 * kMs; t_ns <= (1000 + static_cast<std::int64_t>(ms)) * kMs; t_ns += kMs) {
+  for (std::int64_t t_ns = 1000 * core::kMillisecond_ns;
+       t_ns <= (1000 + static_cast<std::int64_t>(ms)) * core::kMillisecond_ns; t_ns += core::kMillisecond_ns) {
     kind = classifier.Step(t_ns, contact);
   }
   return kind;
@@ -45,10 +46,10 @@ TEST(ContactClassifier, TellsTouchPressureSlipAndMovementApart) {
 
 TEST(ContactClassifier, AContactPointThatJumpsOnceIsNoMovement) {
   ContactClassifier classifier;
-  for (int i = 0; i < 200; ++i) classifier.Step((1000 + i) * kMs, Pressing());
+  for (int i = 0; i < 200; ++i) classifier.Step((1000 + i) * core::kMillisecond_ns, Pressing());
   FingerContact jump = Pressing();
   jump.travel_m_per_s = {0.08, 0.0};  // 0.08 mm within a millisecond, as from one point of a shell to the next
-  EXPECT_EQ(classifier.Step(1200 * kMs, jump), ContactKind::kPressure);
+  EXPECT_EQ(classifier.Step(1200 * core::kMillisecond_ns, jump), ContactKind::kPressure);
 }
 
 TEST(Pattern, IsStrongestWhereTheFingerIsTouched) {
@@ -114,11 +115,11 @@ TEST(FingerSense, TellsSlipFromTravel) {
   for (int i = 0; i < 3; ++i) {
     core::Pose X_WG;
     X_WG.translation = {0.0, 0.0, 0.0004 * i};  // 0.1 m/s
-    slipping.Begin((1000 + 4 * i) * kMs, {});
+    slipping.Begin((1000 + 4 * i) * core::kMillisecond_ns, {});
     slipping.Add(0, set, {}, X_WG, true);
     slip = slipping.End();
     set.planes[0].p_S.y = 0.0002f * static_cast<float>(i);
-    rolling.Begin((1000 + 4 * i) * kMs, {});
+    rolling.Begin((1000 + 4 * i) * core::kMillisecond_ns, {});
     rolling.Add(0, set, {}, {}, true);
     roll = rolling.End();
     set.planes[0].p_S.y = 0.0f;

@@ -4,10 +4,10 @@
 
 #include <fstream>
 
+#include "core/clock.hpp"
+
 namespace tactile {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 class StimulatorTest : public testing::Test {
  protected:
@@ -26,7 +26,7 @@ class StimulatorTest : public testing::Test {
   }
   void Run(int ms) {
     for (int i = 0; i < ms; ++i) {
-      now_ns_ += kMs;
+      now_ns_ += core::kMillisecond_ns;
       if (is_fed_) input_.made_ns = now_ns_;
       stimulator_->Take(input_);
       stimulator_->Turn(now_ns_);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/clock.hpp"
 #include "nodes/device_bridge/arms/arm_plugin.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
 #include "stability/sampled_axis.hpp"
@@ -11,12 +12,10 @@
 namespace device_bridge {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
-
 // Creates forces through a filter with the widest limits and without ramps.
 class Motor {
  public:
-  Motor() : filter_(*SafetyFilter::Create(WideOpen())) { filter_.Apply(-10 * kMs, Held()); }
+  Motor() : filter_(*SafetyFilter::Create(WideOpen())) { filter_.Apply(-10 * core::kMillisecond_ns, Held()); }
 
   MotorForce Force(std::int64_t now_ns, const glm::dvec3& force_N, const glm::dvec3& torque_Nm = glm::dvec3(0.0),
                    double grip_N = 0.0) {
@@ -60,8 +59,9 @@ TEST(SimulatedArm, FreeArmUnderConstantForceFollowsNewton) {
   SimulatedArm arm(FreeArm());
   Motor motor;
   arm.Read(0);
-  for (int i = 0; i < 50; ++i) arm.Write(i * kMs, motor.Force(i * kMs, {3.0, 0, 0}, {0, 0, 0.06}));
-  const DeviceReading reading = arm.Read(50 * kMs);
+  for (int i = 0; i < 50; ++i)
+    arm.Write(i * core::kMillisecond_ns, motor.Force(i * core::kMillisecond_ns, {3.0, 0, 0}, {0, 0, 0.06}));
+  const DeviceReading reading = arm.Read(50 * core::kMillisecond_ns);
   EXPECT_NEAR(reading.X_WD.translation.x, 0.5 * 2.0 * 0.05 * 0.05, 1e-12);
   EXPECT_NEAR(reading.V_WD.linear_m_per_s.x, 2.0 * 0.05, 1e-12);
   EXPECT_NEAR(core::RotationVector(reading.X_WD.rotation).z, 0.5 * 2.0 * 0.05 * 0.05, 1e-12);
@@ -75,10 +75,11 @@ TEST(SimulatedArm, DelaysCommandsByFractionsOfAStep) {
   Motor motor;
   arm.Read(0);
   arm.Write(0, motor.Force(0, {1.5, 0, 0}));
-  for (int i = 1; i <= 5; ++i) arm.Write(i * kMs, motor.Force(i * kMs, {1.5, 0, 0}));
+  for (int i = 1; i <= 5; ++i)
+    arm.Write(i * core::kMillisecond_ns, motor.Force(i * core::kMillisecond_ns, {1.5, 0, 0}));
   const double acting_s = 5e-3 - 2.8e-3;
-  EXPECT_NEAR(arm.Read(5 * kMs).V_WD.linear_m_per_s.x, acting_s, 1e-12);
-  EXPECT_NEAR(arm.Read(5 * kMs).X_WD.translation.x, 0.5 * acting_s * acting_s, 1e-12);
+  EXPECT_NEAR(arm.Read(5 * core::kMillisecond_ns).V_WD.linear_m_per_s.x, acting_s, 1e-12);
+  EXPECT_NEAR(arm.Read(5 * core::kMillisecond_ns).X_WD.translation.x, 0.5 * acting_s * acting_s, 1e-12);
 }
 
 TEST(SimulatedArm, ItsOwnWatchdogDropsTheForceAfter60MsAndBrakes) {
@@ -87,11 +88,12 @@ TEST(SimulatedArm, ItsOwnWatchdogDropsTheForceAfter60MsAndBrakes) {
   Motor motor;
   arm.Read(0);
   arm.Write(0, motor.Force(0, {1.5, 0, 0}));
-  EXPECT_NEAR(arm.Read(60 * kMs).V_WD.linear_m_per_s.x, 0.06, 1e-12);
-  const double thrown_m = arm.Read(60 * kMs).X_WD.translation.x;
-  EXPECT_NEAR(arm.Read(1000 * kMs).V_WD.linear_m_per_s.x, 0.0, 1e-12);
+  EXPECT_NEAR(arm.Read(60 * core::kMillisecond_ns).V_WD.linear_m_per_s.x, 0.06, 1e-12);
+  const double thrown_m = arm.Read(60 * core::kMillisecond_ns).X_WD.translation.x;
+  EXPECT_NEAR(arm.Read(1000 * core::kMillisecond_ns).V_WD.linear_m_per_s.x, 0.0, 1e-12);
   // m v' = -B v from there on.
-  EXPECT_NEAR(arm.Read(1000 * kMs).X_WD.translation.x - thrown_m, 0.06 * p.mass_kg / p.brake_N_s_per_m, 1e-12);
+  EXPECT_NEAR(arm.Read(1000 * core::kMillisecond_ns).X_WD.translation.x - thrown_m,
+              0.06 * p.mass_kg / p.brake_N_s_per_m, 1e-12);
   EXPECT_EQ(arm.Felt().F_Do_W.force_N.x, 0.0);
 }
 
@@ -105,7 +107,7 @@ TEST(SimulatedArm, StaysNearTheContactWhenTheBridgeHangs) {
   arm.Read(0);
   arm.Write(0, motor.Force(0, {0, 0, 8.0}));  // holds the spring of 800 N/m
   arm.SetHand(hand);
-  EXPECT_GT(arm.Read(1000 * kMs).X_WD.translation.z, -0.013) << "not 5 cm on, and not at once";
+  EXPECT_GT(arm.Read(1000 * core::kMillisecond_ns).X_WD.translation.z, -0.013) << "not 5 cm on, and not at once";
 }
 
 TEST(SimulatedArm, BallOnAPlaneSettlesAtTheClosedFormDepth) {
@@ -121,12 +123,12 @@ TEST(SimulatedArm, BallOnAPlaneSettlesAtTheClosedFormDepth) {
   arm.SetHand(hand);
   double force_N = 0.0;
   for (int i = 0; i < 4000; ++i) {
-    const DeviceReading reading = arm.Read(i * kMs);
+    const DeviceReading reading = arm.Read(i * core::kMillisecond_ns);
     force_N = -K_w * std::min(0.0, reading.X_WD.translation.z);
-    arm.Write(i * kMs, motor.Force(i * kMs, {0, 0, force_N}));
+    arm.Write(i * core::kMillisecond_ns, motor.Force(i * core::kMillisecond_ns, {0, 0, force_N}));
   }
   const double K_h = p.hand.stiffness_N_per_m;
-  EXPECT_NEAR(-arm.Read(4000 * kMs).X_WD.translation.z, K_h * target_m / (K_h + K_w), 1e-9);
+  EXPECT_NEAR(-arm.Read(4000 * core::kMillisecond_ns).X_WD.translation.z, K_h * target_m / (K_h + K_w), 1e-9);
   EXPECT_NEAR(force_N, K_h * K_w / (K_h + K_w) * target_m, 1e-6);
   EXPECT_NEAR(arm.Felt().hand_F_Do_W.force_N.z, -force_N, 1e-6);
 }
@@ -143,8 +145,9 @@ TEST(SimulatedArm, TheJointedArmComesToRestWhereThePointMassDoes) {
     hand.X_WT = p.X_WD_start;
     hand.X_WT.translation.z -= 0.02;
     arm.SetHand(hand);
-    for (int i = 0; i < 3000; ++i) arm.Write(i * kMs, motor.Force(i * kMs, {4.0, 0, 0}, {0, 0, 0.1}));
-    const DeviceReading reading = arm.Read(3000 * kMs);
+    for (int i = 0; i < 3000; ++i)
+      arm.Write(i * core::kMillisecond_ns, motor.Force(i * core::kMillisecond_ns, {4.0, 0, 0}, {0, 0, 0.1}));
+    const DeviceReading reading = arm.Read(3000 * core::kMillisecond_ns);
     const glm::dvec3 wanted = hand.X_WT.translation + glm::dvec3(4.0 / p.hand.stiffness_N_per_m, 0, 0);
     EXPECT_LT(glm::length(reading.X_WD.translation - wanted), 1e-7) << is_jointed;
     EXPECT_NEAR(core::RotationVector(reading.X_WD.rotation).z, 0.1 / p.hand.stiffness_Nm_per_rad, 1e-7) << is_jointed;
@@ -159,7 +162,7 @@ bool IsStable(double alpha, double beta, int delay_ticks) {
   const double T = 1e-3;
   ArmParameters p = FreeArm();
   p.mass_kg = m;
-  p.command_delay_ns = delay_ticks * kMs;
+  p.command_delay_ns = delay_ticks * core::kMillisecond_ns;
   p.X_WD_start.translation.x = 1e-7;
   SimulatedArm arm(p);
   Motor motor;
@@ -170,8 +173,9 @@ bool IsStable(double alpha, double beta, int delay_ticks) {
   double late = 0.0;
   constexpr int kTicks = 12000;
   for (int i = 1; i < kTicks; ++i) {
-    const double x = arm.Read(i * kMs).X_WD.translation.x;
-    arm.Write(i * kMs, motor.Force(i * kMs, {-(K * x + B * (x - previous) / T), 0, 0}));
+    const double x = arm.Read(i * core::kMillisecond_ns).X_WD.translation.x;
+    arm.Write(i * core::kMillisecond_ns,
+              motor.Force(i * core::kMillisecond_ns, {-(K * x + B * (x - previous) / T), 0, 0}));
     previous = x;
     if (i > 500 && i < 1500) early = std::max(early, std::abs(x));
     if (i >= kTicks - 1000) late = std::max(late, std::abs(x));
@@ -199,9 +203,9 @@ TEST(SimulatedArm, TracksAMovingTargetInFreeSpace) {
     hand.X_WT.translation.x = 0.1 * t;
     hand.V_WT.linear_m_per_s.x = 0.1;
     arm.SetHand(hand);
-    const DeviceReading reading = arm.Read((i + 1) * kMs);
+    const DeviceReading reading = arm.Read((i + 1) * core::kMillisecond_ns);
     lag_m = 0.1 * (t + 1e-3) - reading.X_WD.translation.x;
-    arm.Write((i + 1) * kMs, motor.Force((i + 1) * kMs, {0, 0, 0}));
+    arm.Write((i + 1) * core::kMillisecond_ns, motor.Force((i + 1) * core::kMillisecond_ns, {0, 0, 0}));
   }
   // At rest in the moving frame the spring carries only the device's own drag: b v / K_h.
   EXPECT_NEAR(lag_m, 5.0 * 0.1 / 800.0, 1e-6);
@@ -220,15 +224,15 @@ TEST(SimulatedArm, LimitsTheFingersForceAndTheJawsOpening) {
   const double K = 8000.0;
   double grip_N = 0.0;
   for (int i = 1; i < 2000; ++i) {
-    const DeviceReading reading = arm.Read(i * kMs);
+    const DeviceReading reading = arm.Read(i * core::kMillisecond_ns);
     grip_N = K * std::max(0.0, width_m - reading.opening_m);
-    arm.Write(i * kMs, motor.Force(i * kMs, {}, {}, grip_N));
+    arm.Write(i * core::kMillisecond_ns, motor.Force(i * core::kMillisecond_ns, {}, {}, grip_N));
   }
   EXPECT_NEAR(grip_N, 20.0, 1e-6);  // the spring of 30 mm would pull with 45 N
   hand.opening_m = 0.5;
   arm.SetHand(hand);
-  for (int i = 2000; i < 4000; ++i) arm.Write(i * kMs, motor.Force(i * kMs, {}));
-  EXPECT_EQ(arm.Read(4000 * kMs).opening_m, p.opening_max_m);
+  for (int i = 2000; i < 4000; ++i) arm.Write(i * core::kMillisecond_ns, motor.Force(i * core::kMillisecond_ns, {}));
+  EXPECT_EQ(arm.Read(4000 * core::kMillisecond_ns).opening_m, p.opening_max_m);
 }
 
 TEST(SimulatedArm, ReportsThatItIsSimulated) {

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
+#include "core/clock.hpp"
 #include "tactile/simulated_usb.hpp"
 #include "tactile/usb_driver.hpp"
 
 namespace device_bridge {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr std::uint16_t kForearm = 0, kWall = 1;
 
 // From the contacts of a forearm in a scene to the motors of its bracelet, in virtual time. The forearm lies along x of
@@ -56,9 +56,9 @@ class BodyTouchTest : public testing::Test {
 
   // As the bridge's loop: contacts come every millisecond, and are looked at every fourth.
   void RunOneMs() {
-    now_ns_ += kMs;
+    now_ns_ += core::kMillisecond_ns;
     if (is_sent_) received_ns_ = now_ns_;
-    if (now_ns_ / kMs % 4 != 0 || is_bridge_hung_) return TurnDriver();
+    if (now_ns_ / core::kMillisecond_ns % 4 != 0 || is_bridge_hung_) return TurnDriver();
     const SeenContacts seen[] = {{received_ns_ == 0 ? nullptr : &contacts_, received_ns_}};
     touch_->Step(now_ns_, seen, *poses_);
     tactile::Strengths strengths;
@@ -69,12 +69,12 @@ class BodyTouchTest : public testing::Test {
   }
   // The worst phase of the driver's turns against the bridge's ticks.
   void TurnDriver() {
-    if (now_ns_ / kMs % 4 == 3) driver_->Turn(now_ns_);
+    if (now_ns_ / core::kMillisecond_ns % 4 == 3) driver_->Turn(now_ns_);
   }
   template <class Condition>
   double MsUntil(const Condition& is_reached) {
     const std::int64_t begin_ns = now_ns_;
-    while (!is_reached() && now_ns_ - begin_ns < 1000 * kMs) RunOneMs();
+    while (!is_reached() && now_ns_ - begin_ns < 1000 * core::kMillisecond_ns) RunOneMs();
     return static_cast<double>(now_ns_ - begin_ns) * 1e-6;
   }
   void Run(int ms) {

@@ -8,14 +8,13 @@
 #include <memory>
 #include <random>
 
+#include "core/clock.hpp"
 #include "nodes/logic_node/scxml/load_chart.hpp"
 
 namespace logic_node::scxml {
 namespace {
 
 using testing::ElementsAre;
-
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 // Runs a chart and logs its effects. Signals: `x` and `y`.
 class Runner final : private Host {
@@ -271,7 +270,7 @@ TEST(Interpreter, DelaysCountBusTimeAndCanBeCancelled) {
   run.Wait(1);
   EXPECT_THAT(run.Active(), ElementsAre("b"));
   run.Send({"go"});
-  run.Wait(10 * kSecond_ns);
+  run.Wait(10 * core::kNanosecondsPerSecond);
   EXPECT_THAT(run.Active(), ElementsAre("c"));
 }
 
@@ -281,12 +280,13 @@ TEST(Interpreter, DueEventsComeInTheOrderOfTheirTimesThenOfSending) {
       <transition event="a"><log label="a"/></transition><transition event="b"><log label="b"/></transition>
       <transition event="c"><log label="c"/></transition></state>)");
   run.Log();
-  EXPECT_THAT(run.Wait(5 * kSecond_ns), ElementsAre("a", "b", "c"));
+  EXPECT_THAT(run.Wait(5 * core::kNanosecondsPerSecond), ElementsAre("a", "b", "c"));
 }
 
 // A chain of delays ends at their sum for any step, since each event is processed at its due time.
 TEST(Interpreter, DelaysOfTenMinutesAddUpExactly) {
-  for (const std::int64_t step_ns : {std::int64_t{10'000'000}, 7 * kSecond_ns, 700 * kSecond_ns}) {
+  for (const std::int64_t step_ns :
+       {std::int64_t{10'000'000}, 7 * core::kNanosecondsPerSecond, 700 * core::kNanosecondsPerSecond}) {
     Runner run(R"(>
       <datamodel><data id="n" expr="0"/></datamodel>
       <state id="tick"><onentry><send event="t" delay="1.5s"/></onentry>
@@ -295,11 +295,12 @@ TEST(Interpreter, DelaysOfTenMinutesAddUpExactly) {
       <state id="end"><onentry><send event="u" delay="10s"/></onentry><transition event="u" target="over"/></state>
       <final id="over"/>)");
     // 400 x 1.5 s + 10 s = 610 s
-    while (run.now_ns_ < 609 * kSecond_ns && step_ns < 600 * kSecond_ns) run.Wait(step_ns);
-    if (run.now_ns_ < 610 * kSecond_ns) {
+    while (run.now_ns_ < 609 * core::kNanosecondsPerSecond && step_ns < 600 * core::kNanosecondsPerSecond)
+      run.Wait(step_ns);
+    if (run.now_ns_ < 610 * core::kNanosecondsPerSecond) {
       EXPECT_TRUE(run.interpreter_->is_running());
     }
-    run.Wait(610 * kSecond_ns > run.now_ns_ ? 610 * kSecond_ns - run.now_ns_ : 0);
+    run.Wait(610 * core::kNanosecondsPerSecond > run.now_ns_ ? 610 * core::kNanosecondsPerSecond - run.now_ns_ : 0);
     EXPECT_FALSE(run.interpreter_->is_running()) << step_ns;
   }
 }

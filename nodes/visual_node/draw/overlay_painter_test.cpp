@@ -7,6 +7,7 @@
 
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
+#include "nodes/visual_node/testing/share_points.hpp"
 #include "view/projection.hpp"
 #include "view/robot_marks.hpp"
 #include "vps/mesh/vertex_normals.hpp"
@@ -49,10 +50,6 @@ view::Scene BallAndWall() {
     scene.instances.push_back(instance);
   }
   return scene;
-}
-
-view::SharedPoints Share(const std::vector<glm::vec3>& points) {
-  return std::make_shared<const std::vector<glm::vec3>>(points);
 }
 
 class OverlayPainterTest : public GlTest {

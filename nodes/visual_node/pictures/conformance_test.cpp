@@ -8,6 +8,7 @@
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
+#include "nodes/visual_node/testing/share_points.hpp"
 #include "picture/flip.hpp"
 #include "raytrace/develop.hpp"
 #include "raytrace/tracer.hpp"
@@ -154,10 +155,6 @@ TEST_F(ConformanceTest, TheRayTracerSeesTheSameObjectsAndMaterials) {
   EXPECT_GE(agreement.same_ids, 0.995);
   EXPECT_EQ(agreement.same_ids_inside, 1.0);
   EXPECT_LE(agreement.flip, 0.05);
-}
-
-view::SharedPoints Share(const std::vector<glm::vec3>& points) {
-  return std::make_shared<const std::vector<glm::vec3>>(points);
 }
 
 // One of each shape at least, over the known scene: before its bodies, behind them, and through them.

@@ -2,24 +2,24 @@
 
 #include <gtest/gtest.h>
 
+#include "core/clock.hpp"
+
 namespace visual_node {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(Barrier, OpensWhenTheLastWallHasDrawn) {
   Barrier barrier(2);
   barrier.Take(0, 6, 0);
   barrier.Take(1, 6, 0);
   barrier.Begin(7, 0);
-  EXPECT_FALSE(barrier.IsOpen(1 * kMs));
-  barrier.Take(0, 7, 5 * kMs);
-  EXPECT_FALSE(barrier.IsOpen(6 * kMs));
-  barrier.Take(1, 7, 9 * kMs);
-  EXPECT_TRUE(barrier.IsOpen(10 * kMs));
-  barrier.Begin(8, 11 * kMs);
-  EXPECT_FALSE(barrier.IsOpen(12 * kMs));
-  EXPECT_EQ(barrier.NumInStep(12 * kMs), 2u);
+  EXPECT_FALSE(barrier.IsOpen(1 * core::kMillisecond_ns));
+  barrier.Take(0, 7, 5 * core::kMillisecond_ns);
+  EXPECT_FALSE(barrier.IsOpen(6 * core::kMillisecond_ns));
+  barrier.Take(1, 7, 9 * core::kMillisecond_ns);
+  EXPECT_TRUE(barrier.IsOpen(10 * core::kMillisecond_ns));
+  barrier.Begin(8, 11 * core::kMillisecond_ns);
+  EXPECT_FALSE(barrier.IsOpen(12 * core::kMillisecond_ns));
+  EXPECT_EQ(barrier.NumInStep(12 * core::kMillisecond_ns), 2u);
 }
 
 TEST(Barrier, DoesNotWaitForAWallThatIsNotThereYetOrAnyMore) {
@@ -27,10 +27,10 @@ TEST(Barrier, DoesNotWaitForAWallThatIsNotThereYetOrAnyMore) {
   barrier.Begin(1, 0);
   EXPECT_TRUE(barrier.IsOpen(0)) << "none has said anything yet";
   barrier.Take(0, 1, 0);
-  barrier.Begin(2, 10 * kMs);
-  EXPECT_FALSE(barrier.IsOpen(299 * kMs));
-  EXPECT_TRUE(barrier.IsOpen(300 * kMs)) << "it is silent, perhaps dead";
-  EXPECT_EQ(barrier.NumInStep(300 * kMs), 0u);
+  barrier.Begin(2, 10 * core::kMillisecond_ns);
+  EXPECT_FALSE(barrier.IsOpen(299 * core::kMillisecond_ns));
+  EXPECT_TRUE(barrier.IsOpen(300 * core::kMillisecond_ns)) << "it is silent, perhaps dead";
+  EXPECT_EQ(barrier.NumInStep(300 * core::kMillisecond_ns), 0u);
 }
 
 // Its other thread still talks, but it draws no more.
@@ -39,7 +39,7 @@ TEST(Barrier, WaitsForAWallThatHangsOnlyOnceUntilItHasCaughtUp) {
   std::int64_t now_ns = 0;
   const auto opens_after_ms = [&](std::uint64_t frame, std::uint64_t drawn) {
     barrier.Begin(frame, now_ns);
-    for (int ms = 0;; ++ms, now_ns += kMs) {
+    for (int ms = 0;; ++ms, now_ns += core::kMillisecond_ns) {
       barrier.Take(0, drawn, now_ns);
       if (barrier.IsOpen(now_ns)) return ms;
     }

@@ -2,26 +2,20 @@
 
 #include <gtest/gtest.h>
 
-#include <initializer_list>
+#include "nodes/visual_node/testing/kept_of.hpp"
 
 namespace visual_node {
 namespace {
 
-KeptTicks Kept(std::initializer_list<std::uint64_t> ticks) {
-  KeptTicks kept;
-  for (const std::uint64_t tick : ticks) kept.Add(tick);
-  return kept;
-}
-
 TEST(KeptTicks, HasWhatWasAddedAndNothingElse) {
-  const KeptTicks kept = Kept({8, 12, 20, 24});
+  const KeptTicks kept = KeptOf({8, 12, 20, 24});
   for (const std::uint64_t tick : {8, 12, 20, 24}) EXPECT_TRUE(kept.Has(tick)) << tick;
   for (const std::uint64_t tick : {0, 4, 16, 22, 28}) EXPECT_FALSE(kept.Has(tick)) << tick;
   EXPECT_FALSE(KeptTicks().Has(0));
 }
 
 TEST(KeptTicks, ForgetsAllButTheNewestSixtyFourPeriods) {
-  KeptTicks kept = Kept({4, 8, 12});
+  KeptTicks kept = KeptOf({4, 8, 12});
   kept.Add(8 + 64 * 4);
   EXPECT_FALSE(kept.Has(4));
   EXPECT_FALSE(kept.Has(8));
@@ -33,11 +27,11 @@ TEST(KeptTicks, ForgetsAllButTheNewestSixtyFourPeriods) {
 
 // Walls that each lack other states, as on a busy machine, still have one in common.
 TEST(NewestCommonTick, IsOneThatAllWallsHave) {
-  const KeptTicks own = Kept({100, 104, 108, 116, 120});
+  const KeptTicks own = KeptOf({100, 104, 108, 116, 120});
   EXPECT_EQ(NewestCommonTick(own, {}), 120u);
-  EXPECT_EQ(NewestCommonTick(own, {Kept({100, 108, 116}), Kept({100, 104, 108, 112, 120, 124})}), 108u);
-  EXPECT_EQ(NewestCommonTick(own, {Kept({96})}), 0u);
-  EXPECT_EQ(NewestCommonTick({}, {Kept({96})}), 0u);
+  EXPECT_EQ(NewestCommonTick(own, {KeptOf({100, 108, 116}), KeptOf({100, 104, 108, 112, 120, 124})}), 108u);
+  EXPECT_EQ(NewestCommonTick(own, {KeptOf({96})}), 0u);
+  EXPECT_EQ(NewestCommonTick({}, {KeptOf({96})}), 0u);
 }
 
 }  // namespace

@@ -24,12 +24,13 @@
 #include <string>
 #include <vector>
 
+#include "core/clock.hpp"
+
 namespace {
 
 using Mac = std::array<unsigned char, 6>;
 
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
-constexpr std::int64_t kReadLink_ns = 2 * kMillisecond_ns;
+constexpr std::int64_t kReadLink_ns = 2 * core::kMillisecond_ns;
 constexpr std::size_t kMaxFrame = 2048;
 
 std::int64_t Now_ns() {
