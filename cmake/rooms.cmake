@@ -81,8 +81,6 @@ function(add_test_group name room label seconds deps)
       set_target_properties(${name}_test PROPERTIES EXCLUDE_FROM_ALL ON)
       add_dependencies(slow_tests ${name}_test)
     endif()
-    # Tests are compiled file by file everywhere: each has short names of its own.
-    set_target_properties(${name}_test PROPERTIES UNITY_BUILD OFF)
     # -O1: compiling tests is mostly parsing, and the code that computes is in the libraries.
     target_compile_options(${name}_test PRIVATE -O1)
     use_precompiled(${name}_test precompiled_for_tests)
@@ -101,9 +99,10 @@ function(add_test_group name room label seconds deps)
   endif()
 endfunction()
 
-# add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>])
+# add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>] [TESTS_ONE_BY_ONE])
+# TESTS_ONE_BY_ONE: its test files use the same short names for different things, and are never compiled in large pieces.
 function(add_room name)
-  cmake_parse_arguments(ROOM "" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
+  cmake_parse_arguments(ROOM "TESTS_ONE_BY_ONE" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
   set(here "${CMAKE_CURRENT_SOURCE_DIR}")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE "${here}" "${here}/*.cpp")
   file(GLOB_RECURSE rooms_inside RELATIVE "${here}" "${here}/*/CMakeLists.txt")
@@ -133,6 +132,9 @@ function(add_room name)
 
   if(NOT VR_OOS_TESTS)
     return()
+  endif()
+  if(ROOM_TESTS_ONE_BY_ONE)
+    set(CMAKE_UNITY_BUILD OFF)  # in this function only
   endif()
 
   set(label unit)

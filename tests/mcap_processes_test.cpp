@@ -26,7 +26,7 @@ namespace system_tests {
 namespace {
 
 constexpr const char* kOos = VR_OOS_BINARY_DIR "/bin/oos";
-constexpr const char* kSession = "7";
+constexpr const char* kSessionArgument = "7";
 
 // Starts `oos registry` with keys of its own, in a folder that is removed with the test. The session is encrypted.
 class McapProcesses : public ::testing::Test {
@@ -34,8 +34,8 @@ class McapProcesses : public ::testing::Test {
   void SetUp() override {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
-    registry_ =
-        Start({"registry", "--registry", "tcp://127.0.0.1:0", "--session", kSession, "--keys", keys(), "--make_keys"});
+    registry_ = Start({"registry", "--registry", "tcp://127.0.0.1:0", "--session", kSessionArgument, "--keys", keys(),
+                       "--make_keys"});
     ASSERT_NE(registry_, nullptr);
     ASSERT_TRUE(bus::testing::Until([&] {
       process::WaitForAny({registry_.get()}, 10);
@@ -61,7 +61,7 @@ class McapProcesses : public ::testing::Test {
   }
   // Starts `oos` with these words and the options that join the test's session.
   [[nodiscard]] std::unique_ptr<process::PipedChild> StartAttached(std::vector<std::string> words) const {
-    words.insert(words.end(), {"--registry", endpoint_, "--session", kSession, "--keys", keys()});
+    words.insert(words.end(), {"--registry", endpoint_, "--session", kSessionArgument, "--keys", keys()});
     return Start(words);
   }
   [[nodiscard]] std::unique_ptr<bus::Node> Join(const std::string& name, bus::NodeOptions* used = nullptr) const {
@@ -158,7 +158,7 @@ TEST_F(McapProcesses, AReplayJoinsAnEncryptedSessionAndSeekZeroUndoesLaterStates
 TEST_F(McapProcesses, AReplayReadsItsFileBeforeItJoinsTheSession) {
   const auto answer =
       process::RunHere({kOos, "replay", File("missing.mcap").string(), "--registry", "tcp://127.0.0.1:1", "--session",
-                        kSession, "--keys", File("nowhere").string()});
+                        kSessionArgument, "--keys", File("nowhere").string()});
   ASSERT_TRUE(answer) << answer.error().detail;
   EXPECT_EQ(answer->status, 2);
   EXPECT_NE(answer->err.find("missing.mcap: cannot be read"), std::string::npos) << answer->err;

@@ -16,20 +16,20 @@
 namespace replay {
 namespace {
 
-struct Step {
+struct LoggedStep {
   std::vector<core::Event> events;
   core::PhysicsState state;
 };
 template <class V>
-void VisitInputs(V& v, Step& step) {
+void VisitInputs(V& v, LoggedStep& step) {
   Items(v, "events", step.events);
 }
 template <class V>
-void VisitOutputs(V& v, Step& step) {
+void VisitOutputs(V& v, LoggedStep& step) {
   Field(v, "state", step.state);
 }
 
-void Fill(std::uint64_t tick, Step* step) {
+void Fill(std::uint64_t tick, LoggedStep* step) {
   step->state.tick = tick;
   step->state.bodies.resize(core::kMaxBodies);
   for (core::BodyState& body : step->state.bodies) body.X_WO.translation.x = 1.0 / static_cast<double>(tick);
@@ -51,8 +51,8 @@ class StepLogTest : public ::testing::Test {
 
 TEST_F(StepLogTest, EveryStepIsInTheFileWithoutAnAllocationOrLockOfTheStepThread) {
   auto log = Open();
-  StepRecorder<Step> recorder(log.get());
-  Step step;
+  StepRecorder<LoggedStep> recorder(log.get());
+  LoggedStep step;
   step.events = {{7, "physics_node", "a name that is too long to be kept in place", "and a detail that is, too"}};
   constexpr std::uint64_t kSteps = 500;
   std::uint64_t allocations = 0, locks = 0;
@@ -78,7 +78,7 @@ TEST_F(StepLogTest, EveryStepIsInTheFileWithoutAnAllocationOrLockOfTheStepThread
   const auto contents = bus::log::ReadMcap(path_, [&](const bus::log::Channel& channel, const bus::log::Message& m) {
     EXPECT_EQ(channel.topic, "replay/physics_node/step");
     ++tick;
-    Step got, expected;
+    LoggedStep got, expected;
     Fill(tick, &expected);
     ASSERT_TRUE(decoder.Begin(m.data)) << tick;
     VisitInputs(decoder, got);
@@ -114,8 +114,8 @@ class LossySink final : public bus::log::StepSink {
 
 TEST(StepRecorder, StepsAfterALossAreReadable) {
   LossySink sink;
-  StepRecorder<Step> recorder(&sink);
-  Step step;
+  StepRecorder<LoggedStep> recorder(&sink);
+  LoggedStep step;
   for (std::uint64_t tick = 1; tick <= 12; ++tick) {
     Fill(tick, &step);
     recorder.Record(tick, 0, step);
@@ -123,7 +123,7 @@ TEST(StepRecorder, StepsAfterALossAreReadable) {
   StepDecoder decoder;
   ASSERT_EQ(sink.steps.size(), 4U);
   for (std::size_t i = 0; i < sink.steps.size(); ++i) {
-    Step got;
+    LoggedStep got;
     ASSERT_TRUE(decoder.Begin(sink.steps[i]));
     VisitInputs(decoder, got);
     decoder.includes_transport = false;

@@ -10,7 +10,7 @@
 namespace view {
 namespace {
 
-constexpr int kWidth = 640, kHeight = 360;
+constexpr int kScreenWidth = 640, kScreenHeight = 360;
 
 scene::Camera Oblique() {
   scene::Camera camera;
@@ -30,10 +30,10 @@ glm::dvec2 OnScreen(const Screen& screen, const glm::dvec3& eye, const glm::dvec
 }
 
 TEST(Frustum, OfACameraIsTheCamerasPinhole) {
-  const Frustum frustum = FrustumOf(Oblique(), static_cast<double>(kWidth) / kHeight);
+  const Frustum frustum = FrustumOf(Oblique(), static_cast<double>(kScreenWidth) / kScreenHeight);
   for (const glm::dvec3& p_W : {glm::dvec3(0.1, 0.2, 0.3), glm::dvec3(-0.2, 0.5, 0.1), glm::dvec3(0.4, 0.0, 0.6)}) {
-    const glm::dvec3 by_camera = ProjectToPixel(Oblique(), kWidth, kHeight, p_W);
-    const glm::dvec3 by_frustum = ProjectToPixel(frustum, kWidth, kHeight, p_W);
+    const glm::dvec3 by_camera = ProjectToPixel(Oblique(), kScreenWidth, kScreenHeight, p_W);
+    const glm::dvec3 by_frustum = ProjectToPixel(frustum, kScreenWidth, kScreenHeight, p_W);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(by_frustum[k], by_camera[k], 1e-9) << k;
   }
   EXPECT_NEAR(frustum.focus_m, glm::distance(Oblique().eye_m, Oblique().target_m), 1e-12);
@@ -54,15 +54,16 @@ TEST(Frustum, PictureCornersAreOnTheScreensCorners) {
     const Frustum frustum = FrustumThrough(screen, eye);
     const glm::dvec3 upper_right = screen.lower_right + height * y;
     const auto off = [&](const glm::dvec3& p, double px, double py) {
-      return glm::length(glm::dvec2(ProjectToPixel(frustum, kWidth, kHeight, p)) - glm::dvec2(px, py));
+      return glm::length(glm::dvec2(ProjectToPixel(frustum, kScreenWidth, kScreenHeight, p)) - glm::dvec2(px, py));
     };
-    largest_px = std::max({largest_px, off(screen.lower_left, 0, kHeight), off(screen.lower_right, kWidth, kHeight),
-                           off(screen.upper_left, 0, 0), off(upper_right, kWidth, 0)});
+    largest_px = std::max({largest_px, off(screen.lower_left, 0, kScreenHeight),
+                           off(screen.lower_right, kScreenWidth, kScreenHeight), off(screen.upper_left, 0, 0),
+                           off(upper_right, kScreenWidth, 0)});
     // A point behind the screen, or before it, is where the line of sight crosses the screen.
     const glm::dvec3 p =
         eye + uniform(0.2, 9.0) * (corner + uniform(0, 1) * width * x + uniform(0, 1) * height * y - eye);
     const glm::dvec2 share = OnScreen(screen, eye, p);
-    largest_px = std::max(largest_px, off(p, kWidth * share.x, kHeight * (1.0 - share.y)));
+    largest_px = std::max(largest_px, off(p, kScreenWidth * share.x, kScreenHeight * (1.0 - share.y)));
   }
   RecordProperty("largest_px", std::to_string(largest_px));
   EXPECT_LT(largest_px, 1e-6);
@@ -74,9 +75,9 @@ TEST(Frustum, MatricesAgreeWithProjectToPixel) {
   const glm::dmat4 clip_W = ProjectionMatrix(frustum, 0.01, 60.0) * ViewMatrix(frustum);
   for (const glm::dvec3& p_W : {glm::dvec3(0.2, 4.0, 0.3), glm::dvec3(-0.1, 1.0, 0.2), screen.upper_left}) {
     const glm::dvec4 clip = clip_W * glm::dvec4(p_W, 1.0);
-    const glm::dvec3 pixel = ProjectToPixel(frustum, kWidth, kHeight, p_W);
-    EXPECT_NEAR(0.5 * kWidth * (1.0 + clip.x / clip.w), pixel.x, 1e-9);
-    EXPECT_NEAR(0.5 * kHeight * (1.0 - clip.y / clip.w), pixel.y, 1e-9);
+    const glm::dvec3 pixel = ProjectToPixel(frustum, kScreenWidth, kScreenHeight, p_W);
+    EXPECT_NEAR(0.5 * kScreenWidth * (1.0 + clip.x / clip.w), pixel.x, 1e-9);
+    EXPECT_NEAR(0.5 * kScreenHeight * (1.0 - clip.y / clip.w), pixel.y, 1e-9);
     EXPECT_NEAR(clip.w, pixel.z, 1e-12);
   }
 }
@@ -98,12 +99,12 @@ TEST(Frustum, AScreenIsARectangle) {
 
 TEST(Frustum, FocalLengthsAndAxisDescribeTheSamePicture) {
   const Frustum frustum = FrustumThrough({{-1, 2, -0.5}, {1.5, 2, -0.5}, {-1, 2, 1}}, {0.3, -0.2, 0.1});
-  const glm::dvec2 focal = FocalLengths_px(frustum, kWidth, kHeight),
-                   axis = AxisFromMiddle_px(frustum, kWidth, kHeight);
+  const glm::dvec2 focal = FocalLengths_px(frustum, kScreenWidth, kScreenHeight),
+                   axis = AxisFromMiddle_px(frustum, kScreenWidth, kScreenHeight);
   const glm::dvec3 d_E(0.2, -0.1, -1.0);
-  const glm::dvec3 pixel = ProjectToPixel(frustum, kWidth, kHeight, frustum.eye_W + frustum.R_WE * d_E);
-  EXPECT_NEAR(pixel.x, 0.5 * kWidth + axis.x + focal.x * d_E.x, 1e-9);
-  EXPECT_NEAR(pixel.y, 0.5 * kHeight - axis.y - focal.y * d_E.y, 1e-9);
+  const glm::dvec3 pixel = ProjectToPixel(frustum, kScreenWidth, kScreenHeight, frustum.eye_W + frustum.R_WE * d_E);
+  EXPECT_NEAR(pixel.x, 0.5 * kScreenWidth + axis.x + focal.x * d_E.x, 1e-9);
+  EXPECT_NEAR(pixel.y, 0.5 * kScreenHeight - axis.y - focal.y * d_E.y, 1e-9);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace device_bridge {
 namespace {
 
-constexpr std::int64_t kPatience_ns = 20'000'000'000;
+constexpr std::int64_t kPatienceForAHead_ns = 20'000'000'000;
 
 scene::User UserAt(const std::string& address) {
   scene::User user;
@@ -48,7 +48,7 @@ class Controller {
 std::optional<core::Pose> WaitFor(DtrackHead* head) {
   bus::PeriodicLoop loop(core::kTick_ns);
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  while (core::MonotonicNow_ns() - begin_ns < kPatience_ns) {
+  while (core::MonotonicNow_ns() - begin_ns < kPatienceForAHead_ns) {
     if (const auto X_RH = head->Read(core::MonotonicNow_ns())) return X_RH;
     loop.WaitNext();
   }
@@ -110,7 +110,7 @@ TEST(DtrackHead, GivesOnlyWhatIsTrackedAndNew) {
   controller.Send("6d 1 [4 1.0][5000 0 0][1 0 0 0 1 0 0 0 1]\r\n");  // another body
   bus::PeriodicLoop loop(core::kTick_ns);
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  while ((*head)->num_read() < 3 && core::MonotonicNow_ns() - begin_ns < kPatience_ns) loop.WaitNext();
+  while ((*head)->num_read() < 3 && core::MonotonicNow_ns() - begin_ns < kPatienceForAHead_ns) loop.WaitNext();
   ASSERT_EQ((*head)->num_read(), 3U);
   EXPECT_FALSE((*head)->Read(core::MonotonicNow_ns()));
 }

@@ -10,7 +10,7 @@ namespace {
 using Kind = core::GuideKind;
 
 // A hand that is wherever a person has put it, in a scene of one part and a latch.
-struct Bench {
+struct GuidedHand {
   scene::Scenario scenario;
   OperatorScript script;
   std::unique_ptr<Guide> guide;
@@ -20,7 +20,7 @@ struct Bench {
   core::FixedVector<FeltForce, kMaxRoles> felt;
   core::FixedVector<DeviceReading, kMaxRoles> readings;
 
-  explicit Bench(const std::string& text) {
+  explicit GuidedHand(const std::string& text) {
     scenario.objects.resize(2);
     scenario.objects[0].name = "thing";
     scenario.objects[0].owner = scene::Owner::kPhysics;
@@ -67,7 +67,7 @@ constexpr const char* kFetch =
     "push 0 0 -1 by 0.05 until engaged latch\n";
 
 TEST(Guide, LeadsThroughTheLinesByWhatIsSeen) {
-  Bench bench(kFetch);
+  GuidedHand bench(kFetch);
   Tip tip = bench.Look();
   EXPECT_EQ(tip.kind, Kind::kMove);
   EXPECT_LT(glm::distance(tip.way_W_m, glm::dvec3(0.3, 0, 0.06)), 1e-9);
@@ -80,13 +80,13 @@ TEST(Guide, LeadsThroughTheLinesByWhatIsSeen) {
 }
 
 TEST(Guide, DoesNotSendWhoHoldsThePartToFetchIt) {
-  Bench bench(kFetch);
+  GuidedHand bench(kFetch);
   bench.inputs.grasped_objects[0] = 0;
   EXPECT_LT(glm::distance(bench.Look().way_W_m, glm::dvec3(-0.3, 0, 0.1)), 1e-9);
 }
 
 TEST(Guide, APushGoesOnUntilItHasDoneWhatItIsFor) {
-  Bench bench("step a\npush 0 0 -1 by 0.05 until engaged latch\n");
+  GuidedHand bench("step a\npush 0 0 -1 by 0.05 until engaged latch\n");
   EXPECT_LT(glm::distance(bench.Look().way_W_m, glm::dvec3(0, 0, -0.05)), 1e-9);
   bench.hand() = {0.002, 0, -0.05};
   EXPECT_LT(glm::distance(bench.Look().way_W_m, glm::dvec3(-0.002, 0, -0.01)), 1e-9) << "back to its line, and on";
@@ -95,7 +95,7 @@ TEST(Guide, APushGoesOnUntilItHasDoneWhatItIsFor) {
 }
 
 TEST(Guide, JawsOpenHoweverFarAndAnEmptyHandIsNoMarkOfWhatWasDone) {
-  Bench bench("step a\ngrip 0.05\nwait until released\nreach thing\ngrip 0.0\nwait until released\n");
+  GuidedHand bench("step a\ngrip 0.05\nwait until released\nreach thing\ngrip 0.0\nwait until released\n");
   bench.felt[0].opening_m = 0.01;
   EXPECT_EQ(bench.Look().kind, Kind::kOpen);
   bench.felt[0].opening_m = 0.09;
@@ -105,7 +105,7 @@ TEST(Guide, JawsOpenHoweverFarAndAnEmptyHandIsNoMarkOfWhatWasDone) {
 }
 
 TEST(Guide, BeginsAgainWhereAllIsDoneAndTheStepIsNot) {
-  Bench bench("step a\nreach thing\n");
+  GuidedHand bench("step a\nreach thing\n");
   bench.hand() = {0.3, 0, 0};
   EXPECT_EQ(bench.Look().kind, Kind::kNone);
   bench.hand() = {0.2, 0, 0};

@@ -19,7 +19,7 @@ scene::Scenario OneHand() {
 }
 
 // A viewer, and a device that goes where the hand's target is, unless it is blocked.
-struct Bench {
+struct PointerBench {
   scene::Scenario scenario = OneHand();
   PointerHand pointer{scenario};
   Inputs inputs;
@@ -27,7 +27,7 @@ struct Bench {
   core::FixedVector<DeviceReading, kMaxRoles> readings;
   bool is_blocked = false;
 
-  Bench() {
+  PointerBench() {
     inputs.now_ns = 1'000'000'000;
     inputs.hands.push_back({});
     felt.push_back({});
@@ -46,7 +46,7 @@ struct Bench {
 };
 
 TEST(PointerHand, FollowsTheSumsOfTheViewerWhileItIsHeld) {
-  Bench bench;
+  PointerBench bench;
   bench.input().is_held = true;
   bench.Run(1);
   for (int i = 1; i <= 10; ++i) {
@@ -61,7 +61,7 @@ TEST(PointerHand, FollowsTheSumsOfTheViewerWhileItIsHeld) {
 }
 
 TEST(PointerHand, MotionWithTheClutchOpenAndMessagesThatWereLostCountAsTheyShould) {
-  Bench bench;
+  PointerBench bench;
   bench.input().is_held = true;
   bench.Run(1);
   bench.input().is_held = false;
@@ -77,7 +77,7 @@ TEST(PointerHand, MotionWithTheClutchOpenAndMessagesThatWereLostCountAsTheyShoul
 }
 
 TEST(PointerHand, NeverPullsTheSpringBeyondItsShareOfTheForceCap) {
-  Bench bench;
+  PointerBench bench;
   bench.is_blocked = true;
   bench.input().is_held = true;
   bench.Run(1);
@@ -91,7 +91,7 @@ TEST(PointerHand, NeverPullsTheSpringBeyondItsShareOfTheForceCap) {
 }
 
 TEST(PointerHand, WhereTheForceIsOffNobodyPresses) {
-  Bench bench;
+  PointerBench bench;
   bench.is_blocked = true;
   bench.input().is_held = true;
   bench.Run(1);
@@ -103,7 +103,7 @@ TEST(PointerHand, WhereTheForceIsOffNobodyPresses) {
 }
 
 TEST(PointerHand, JawsCloseAtTheirSpeedAndAViewerThatFallsSilentLetsGo) {
-  Bench bench;
+  PointerBench bench;
   bench.input().is_held = true;
   bench.input().wants_guidance = true;
   bench.Run(1);
@@ -121,7 +121,7 @@ TEST(PointerHand, JawsCloseAtTheirSpeedAndAViewerThatFallsSilentLetsGo) {
 }
 
 TEST(PointerHand, NumbersThatAreNotFiniteAreLeftOut) {
-  Bench bench;
+  PointerBench bench;
   bench.input().is_held = true;
   bench.Run(1);
   bench.input().moved_W_m = {std::numeric_limits<double>::quiet_NaN(), 0, 0};

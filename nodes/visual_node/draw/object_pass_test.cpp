@@ -14,9 +14,9 @@
 namespace visual_node {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 180;
+constexpr int kPassWidth = 320, kPassHeight = 180;
 
-core::Result<vps::VisualMesh> MakeShape(const std::filesystem::path& name) {
+core::Result<vps::VisualMesh> PlateOrBall(const std::filesystem::path& name) {
   const auto shaded = [](const vps::TriangleMesh& mesh) { return vps::VisualMesh{{vps::SplitAtCreases(mesh, 0.6)}}; };
   if (name == "plate") return shaded(vps::MakeBox({4.0, 4.0, 0.02}));
   return shaded(vps::MakeSphere(0.1, 48));
@@ -54,19 +54,19 @@ class ObjectPassTest : public GlTest {
   void SetUp() override {
     GlTest::SetUp();
     if (IsSkipped()) return;
-    renderer_ = std::move(*Renderer::Create(scene_, MakeShape));
+    renderer_ = std::move(*Renderer::Create(scene_, PlateOrBall));
   }
 
   ObjectPicture Draw(const scene::Camera& camera) {
-    const RenderTarget target(kWidth, kHeight);
+    const RenderTarget target(kPassWidth, kPassHeight);
     EXPECT_TRUE(renderer_->Draw(scene_, camera, target));
     const auto pass = ObjectPass::Create();
     EXPECT_TRUE(pass) << pass.error().detail;
-    return pass->Draw(*renderer_, scene_, camera, kWidth, kHeight);
+    return pass->Draw(*renderer_, scene_, camera, kPassWidth, kPassHeight);
   }
 
   static glm::ivec2 PixelOf(const scene::Camera& camera, const glm::dvec3& p_W) {
-    return glm::ivec2(glm::floor(view::ProjectToPixel(camera, kWidth, kHeight, p_W)));
+    return glm::ivec2(glm::floor(view::ProjectToPixel(camera, kPassWidth, kPassHeight, p_W)));
   }
 
   view::Scene scene_ = PlateAndBalls();
@@ -79,13 +79,13 @@ TEST_F(ObjectPassTest, DepthOfAPlaneIsWithinAMillimetre) {
     const ObjectPicture picture = Draw(camera);
     const picture::Measured<std::uint16_t> millimetres = ToMillimetres(picture.depth_m);
     const glm::dmat4 X_WE = glm::inverse(view::ViewMatrix(camera));
-    const double focal_px = 0.5 * kHeight / std::tan(0.5 * camera.vertical_fov_rad);
+    const double focal_px = 0.5 * kPassHeight / std::tan(0.5 * camera.vertical_fov_rad);
     int num_checked = 0;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kPassHeight; ++y) {
+      for (int x = 0; x < kPassWidth; ++x) {
         if (*picture.ids.Pixel(x, y) != 1) continue;
         // The pixel's ray at depth 1, and where it meets z = 0.
-        const glm::dvec3 ray_E((x + 0.5 - 0.5 * kWidth) / focal_px, (0.5 * kHeight - y - 0.5) / focal_px, -1.0);
+        const glm::dvec3 ray_E((x + 0.5 - 0.5 * kPassWidth) / focal_px, (0.5 * kPassHeight - y - 0.5) / focal_px, -1.0);
         const glm::dvec3 ray_W = glm::dmat3(X_WE) * ray_E;
         const double depth_m = -camera.eye_m.z / ray_W.z;
         const glm::dvec3 p_W = camera.eye_m + depth_m * ray_W;
@@ -95,7 +95,7 @@ TEST_F(ObjectPassTest, DepthOfAPlaneIsWithinAMillimetre) {
         ++num_checked;
       }
     }
-    EXPECT_GT(num_checked, kWidth * kHeight / 2);
+    EXPECT_GT(num_checked, kPassWidth * kPassHeight / 2);
   }
 }
 
@@ -111,8 +111,8 @@ TEST_F(ObjectPassTest, IdsNameTheObjectUnderAPixelAndArrowsAreNone) {
   const glm::ivec2 arrow = PixelOf(camera, {-0.3, 0.0, 0.4});
   EXPECT_EQ(*picture.ids.Pixel(arrow.x, arrow.y), *picture.ids.Pixel(arrow.x - 20, arrow.y));
   const ObjectPicture sky = Draw(LookFrom({0.0, 0.0, 1.0}, {0.0, 1.0, 2.0}));
-  EXPECT_EQ(*sky.ids.Pixel(kWidth / 2, kHeight / 2), 0);
-  EXPECT_EQ(*sky.depth_m.Pixel(kWidth / 2, kHeight / 2), 0.0f);
+  EXPECT_EQ(*sky.ids.Pixel(kPassWidth / 2, kPassHeight / 2), 0);
+  EXPECT_EQ(*sky.depth_m.Pixel(kPassWidth / 2, kPassHeight / 2), 0.0f);
 }
 
 TEST_F(ObjectPassTest, AHiddenObjectHasNoPixel) {

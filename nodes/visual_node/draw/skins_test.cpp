@@ -10,7 +10,7 @@
 namespace visual_node {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 240;
+constexpr int kSkinWidth = 320, kSkinHeight = 240;
 constexpr float kLength_m = 0.4f, kHalf_m = 0.02f;
 
 // A ribbon in the plane y = 0 along x, bent at x = 0 by the joint there: what lies beyond 0 goes with joint 1.
@@ -58,10 +58,10 @@ class SkinsTest : public GlTest {
         std::vector<core::Pose>{{}, {glm::angleAxis(-angle_rad, glm::dvec3(0, 1, 0)), glm::dvec3(0.0)}});
   }
   picture::Measured<std::uint16_t> Ids() {
-    const RenderTarget target(kWidth, kHeight);
+    const RenderTarget target(kSkinWidth, kSkinHeight);
     EXPECT_TRUE(renderer_->Draw(scene_, camera_, target));
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
-    return ObjectPass::Create()->Draw(*renderer_, scene_, camera_, kWidth, kHeight).ids;
+    return ObjectPass::Create()->Draw(*renderer_, scene_, camera_, kSkinWidth, kSkinHeight).ids;
   }
   // Whether the bent ribbon is at p, which lies in its plane, and how far it is from the nearest edge.
   static bool IsOn(const glm::dvec2& p, double angle_rad, double* to_edge_m) {
@@ -81,14 +81,14 @@ class SkinsTest : public GlTest {
 };
 
 TEST_F(SkinsTest, ABentSkinIsSeenWhereItsJointsCarryIt) {
-  const double pixel_m = 2.0 * 1.2 * std::tan(0.35) / kHeight;
+  const double pixel_m = 2.0 * 1.2 * std::tan(0.35) / kSkinHeight;
   for (const double angle : {0.0, 0.5, 1.3}) {
     SetAngle(angle);
     const auto ids = Ids();
     int num_on = 0;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const glm::dvec2 p_W(pixel_m * (x + 0.5 - 0.5 * kWidth), pixel_m * (0.5 * kHeight - y - 0.5));
+    for (int y = 0; y < kSkinHeight; ++y) {
+      for (int x = 0; x < kSkinWidth; ++x) {
+        const glm::dvec2 p_W(pixel_m * (x + 0.5 - 0.5 * kSkinWidth), pixel_m * (0.5 * kSkinHeight - y - 0.5));
         double to_edge_m = 0.0;
         const bool is_on = IsOn(p_W - glm::dvec2(0.05, -0.03), angle, &to_edge_m);
         if (to_edge_m < 0.1 * pixel_m) continue;

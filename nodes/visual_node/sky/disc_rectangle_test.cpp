@@ -9,16 +9,16 @@
 namespace visual_node {
 namespace {
 
-constexpr int kWidth = 160, kHeight = 90;
+constexpr int kViewWidth = 160, kViewHeight = 90;
 
 // A ball's pixels by trying each: those whose ray passes its centre nearer than its radius.
 glm::ivec4 ByTrying(const glm::mat4& clip_sky, const glm::vec3& to_centre, float sine) {
   const glm::dmat4 back = glm::inverse(glm::dmat4(clip_sky));
-  glm::ivec2 low(kWidth, kHeight), high(-1);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  glm::ivec2 low(kViewWidth, kViewHeight), high(-1);
+  for (int y = 0; y < kViewHeight; ++y) {
+    for (int x = 0; x < kViewWidth; ++x) {
       const glm::dvec4 far =
-          back * glm::dvec4(2.0 * (x + 0.5) / kWidth - 1.0, 2.0 * (y + 0.5) / kHeight - 1.0, 1.0, 1.0);
+          back * glm::dvec4(2.0 * (x + 0.5) / kViewWidth - 1.0, 2.0 * (y + 0.5) / kViewHeight - 1.0, 1.0, 1.0);
       const glm::dvec3 d = glm::normalize(glm::dvec3(far) / far.w), e(to_centre);
       if (glm::dot(d, e) <= 0.0 || glm::length(glm::cross(d, e)) > sine) continue;
       low = glm::min(low, glm::ivec2(x, y));
@@ -39,7 +39,7 @@ TEST(DiscRectangle, HasAllPixelsOfTheDiscAndFewOthers) {
     const glm::vec3 to_centre = glm::normalize(glm::vec3(uniform(), uniform(), uniform()) - 0.5f);
     const float sine = 0.05f + 0.9f * uniform();
     const glm::ivec4 pixels = ByTrying(clip_sky, to_centre, sine);
-    const glm::ivec4 box = DiscRectangle(clip_sky, to_centre, sine, kWidth, kHeight);
+    const glm::ivec4 box = DiscRectangle(clip_sky, to_centre, sine, kViewWidth, kViewHeight);
     if (pixels.z == 0) continue;
     ++num_seen;
     EXPECT_LE(box.x, pixels.x) << i;
@@ -48,7 +48,7 @@ TEST(DiscRectangle, HasAllPixelsOfTheDiscAndFewOthers) {
     EXPECT_GE(box.y + box.w, pixels.y + pixels.w) << i;
     // One pixel more on each side, as long as the whole disc is in the picture.
     const bool is_inside =
-        pixels.x > 0 && pixels.y > 0 && pixels.x + pixels.z < kWidth && pixels.y + pixels.w < kHeight;
+        pixels.x > 0 && pixels.y > 0 && pixels.x + pixels.z < kViewWidth && pixels.y + pixels.w < kViewHeight;
     if (is_inside) {
       EXPECT_LE(box.z, pixels.z + 3) << i;
       EXPECT_LE(box.w, pixels.w + 3) << i;
@@ -59,7 +59,7 @@ TEST(DiscRectangle, HasAllPixelsOfTheDiscAndFewOthers) {
 
 TEST(DiscRectangle, IsEmptyForABallBehindTheEye) {
   const glm::mat4 clip_sky = glm::perspective(0.8f, 16.0f / 9.0f, 0.01f, 60.0f);
-  EXPECT_EQ(DiscRectangle(clip_sky, {0.0f, 0.0f, 1.0f}, 0.3f, kWidth, kHeight).z, 0);
+  EXPECT_EQ(DiscRectangle(clip_sky, {0.0f, 0.0f, 1.0f}, 0.3f, kViewWidth, kViewHeight).z, 0);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 namespace visual_node {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 180;
+constexpr int kSkyWidth = 320, kSkyHeight = 180;
 constexpr double kEye_m = space::kEarthMeanRadius_m + 400e3;
 
 space::AirTableSizes SmallAir() {
@@ -60,22 +60,22 @@ class SkyTest : public GlTest {
 
   // The film's light: linear RGB and alpha at pixel (x, y) from the top left corner.
   std::vector<glm::vec4> Light() {
-    const RenderTarget target(kWidth, kHeight);
+    const RenderTarget target(kSkyWidth, kSkyHeight);
     EXPECT_TRUE(renderer_->Draw(scene_, camera_, target));
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     const std::vector<float> light = renderer_->film().ReadLight();
     std::vector<glm::vec4> pixels;
-    for (int y = kHeight - 1; y >= 0; --y) {
-      for (int x = 0; x < kWidth; ++x) pixels.push_back(glm::make_vec4(&light[4 * Index(x, y)]));
+    for (int y = kSkyHeight - 1; y >= 0; --y) {
+      for (int x = 0; x < kSkyWidth; ++x) pixels.push_back(glm::make_vec4(&light[4 * Index(x, y)]));
     }
     return pixels;
   }
 
-  static std::size_t Index(int x, int y) { return static_cast<std::size_t>(y * kWidth + x); }
+  static std::size_t Index(int x, int y) { return static_cast<std::size_t>(y * kSkyWidth + x); }
 
   [[nodiscard]] glm::dvec3 Ray(double x, double y) const {
-    const double focal_px = 0.5 * kHeight / std::tan(0.5 * camera_.vertical_fov_rad);
-    const glm::dvec3 d_V(x - 0.5 * kWidth, 0.5 * kHeight - y, -focal_px);
+    const double focal_px = 0.5 * kSkyHeight / std::tan(0.5 * camera_.vertical_fov_rad);
+    const glm::dvec3 d_V(x - 0.5 * kSkyWidth, 0.5 * kSkyHeight - y, -focal_px);
     return glm::normalize(glm::transpose(glm::dmat3(view::ViewMatrix(camera_))) * d_V);
   }
 
@@ -107,24 +107,24 @@ TEST_F(SkyTest, TheMoonHasItsSizeAndIsLitOnTheSunsSide) {
   scene_.space.moon_position_W = distance_m * to_moon;
   camera_.target_m = to_moon;
   camera_.vertical_fov_rad = 0.014;
-  const double radius_px =
-      0.5 * kHeight / std::tan(0.5 * camera_.vertical_fov_rad) * std::tan(std::asin(space::kMoonRadius_m / distance_m));
+  const double radius_px = 0.5 * kSkyHeight / std::tan(0.5 * camera_.vertical_fov_rad) *
+                           std::tan(std::asin(space::kMoonRadius_m / distance_m));
   const double area_px = 3.14159265 * radius_px * radius_px;
   ASSERT_GT(radius_px, 50.0);
-  const glm::dvec3 right = glm::normalize(Ray(kWidth, 0.5 * kHeight) - Ray(0.0, 0.5 * kHeight));
+  const glm::dvec3 right = glm::normalize(Ray(kSkyWidth, 0.5 * kSkyHeight) - Ray(0.0, 0.5 * kSkyHeight));
   for (const double phase_rad : {0.0, 0.7, 1.5708, 2.4, 3.14159}) {  // between the sun and the eye, seen from there
     scene_.space.sun_direction_W = -std::cos(phase_rad) * to_moon + std::sin(phase_rad) * right;
     const std::vector<glm::vec4> light = Light();
     int covered = 0, lit = 0;
     double sum_x = 0.0, sum = 0.0;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kSkyHeight; ++y) {
+      for (int x = 0; x < kSkyWidth; ++x) {
         const glm::vec4& pixel = light[Index(x, y)];
         if (pixel.a < 0.5f) continue;
         ++covered;
         lit += pixel.g > 0.02f ? 1 : 0;
         sum += pixel.g;
-        sum_x += pixel.g * (x + 0.5 - 0.5 * kWidth);
+        sum_x += pixel.g * (x + 0.5 - 0.5 * kSkyWidth);
       }
     }
     EXPECT_NEAR(covered, area_px, 0.01 * area_px) << phase_rad;
@@ -152,8 +152,8 @@ TEST_F(SkyTest, TheSunGlintsOnTheOceanTowardsItsMirrorImageAndNotOnLand) {
     SetSun(1.5707963 - kSunFromZenith_rad, 3.14159265);
     const std::vector<glm::vec4> away = Light();
     Glint sum;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kSkyHeight; ++y) {
+      for (int x = 0; x < kSkyWidth; ++x) {
         const double off_rad = std::acos(std::min(1.0, glm::dot(Ray(x + 0.5, y + 0.5), mirror_way)));
         if (off_rad < from_rad || off_rad >= to_rad || away[Index(x, y)].g > brightest_ground) continue;
         sum.mean += there[Index(x, y)].g - away[Index(x, y)].g;
@@ -180,16 +180,16 @@ TEST_F(SkyTest, TheLimbIsWhereTheHorizonIs) {
   const std::vector<glm::vec4> light = Light();
   const double dip_rad = std::acos(space::kEarthMeanRadius_m / kEye_m);
   int checked = 0;
-  for (int x = 0; x < kWidth; ++x) {
+  for (int x = 0; x < kSkyWidth; ++x) {
     int edge = 0;  // the first row of the ground
-    while (edge < kHeight && light[Index(x, edge)].a < 0.5f) ++edge;
-    if (edge == 0 || edge == kHeight) continue;
+    while (edge < kSkyHeight && light[Index(x, edge)].a < 0.5f) ++edge;
+    if (edge == 0 || edge == kSkyHeight) continue;
     double expected = 0.0;  // the place down the column where the ray dips to the horizon
-    while (expected < kHeight && Ray(x + 0.5, expected).z > -std::sin(dip_rad)) expected += 0.01;
+    while (expected < kSkyHeight && Ray(x + 0.5, expected).z > -std::sin(dip_rad)) expected += 0.01;
     EXPECT_NEAR(edge, expected, 0.51) << x;
     ++checked;
   }
-  EXPECT_GT(checked, kWidth / 2);
+  EXPECT_GT(checked, kSkyWidth / 2);
 }
 
 // What the tables have in double precision for each pixel: the light of the air, and what arrives through it of the
@@ -207,8 +207,8 @@ TEST_F(SkyTest, TheAirInThePictureIsThatOfTheTablesWithin46dB) {
   const auto developed = [](double value) { return 255.0 * std::pow(1.0 - std::exp(-3.0 * value), 1.0 / 2.2); };
   double sum = 0.0;
   int num_sky = 0, num_ground = 0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kSkyHeight; ++y) {
+    for (int x = 0; x < kSkyWidth; ++x) {
       const glm::dvec3 d = Ray(x + 0.5, y + 0.5);
       const double along = -glm::dot(d, eye), miss = glm::length(eye + along * d);
       if (along < 0.0 || miss >= shell.top || glm::length(d - sun) < 0.3) continue;
@@ -250,7 +250,7 @@ TEST_F(SkyTest, TheSunThroughTheAirIsRedderThanAboveIt) {
   const auto at_sun = [&](double above_rad) {
     SetSun(above_rad - dip_rad, 0.0);
     const glm::dvec3 pixel =
-        view::ProjectToPixel(camera_, kWidth, kHeight, 100.0 * glm::dvec3(scene_.space.sun_direction_W));
+        view::ProjectToPixel(camera_, kSkyWidth, kSkyHeight, 100.0 * glm::dvec3(scene_.space.sun_direction_W));
     return Light()[Index(static_cast<int>(pixel.x), static_cast<int>(pixel.y))];
   };
   const glm::vec4 high = at_sun(0.1), low = at_sun(0.003);
