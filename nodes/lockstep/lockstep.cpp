@@ -16,6 +16,7 @@
 #include "nodes/lockstep/step_recording.hpp"
 #include "nodes/logic_node/logic_node.hpp"
 #include "nodes/physics_node/physics_node.hpp"
+#include "scene/limit_reached.hpp"
 
 namespace lockstep {
 namespace {
@@ -52,10 +53,7 @@ class Lockstep {
         return core::Fail(restarted.error().code, restarted.error().detail);
       }
     }
-    if (!IsOver()) {
-      outcome_.why = "limit of " + std::to_string(static_cast<int>(limit_s)) + " s reached in step '" +
-                     logic_out_.status.step + "'";
-    }
+    if (!IsOver()) outcome_.why = scene::LimitReached(limit_s, logic_out_.status.step);
     Finish(begin_ns);
     if (steps_ != nullptr) {
       if (const auto closed = steps_->Close(); !closed) return core::Fail(closed.error().code, closed.error().detail);

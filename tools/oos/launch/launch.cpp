@@ -14,6 +14,7 @@
 #include "lab/load_lab.hpp"
 #include "lab/plan.hpp"
 #include "lab/unit_files.hpp"
+#include "scene/limit_reached.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/lease.hpp"
 #include "tools/oos/attach/places.hpp"
@@ -395,9 +396,7 @@ class Launch {
     const double limit_s = wanted_.duration_s.value_or(scenario_.duration_limit_s);
     while (why_.empty() && !story_.is_final() && !story_.is_failed()) {
       Listen();
-      if (Since_s(ready_ns_) > limit_s && why_.empty()) {
-        why_ = "limit of " + std::to_string(static_cast<int>(limit_s)) + " s reached in step '" + story_.step() + "'";
-      }
+      if (Since_s(ready_ns_) > limit_s && why_.empty()) why_ = scene::LimitReached(limit_s, story_.step());
     }
     seconds_ = Since_s(ready_ns_);
     if (story_.is_failed()) why_ = story_.why().empty() ? "failed in step " + story_.step() : story_.why();

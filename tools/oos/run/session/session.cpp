@@ -14,6 +14,7 @@
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "lab/lab.hpp"
+#include "scene/limit_reached.hpp"
 #include "tiles/seats.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
@@ -357,8 +358,7 @@ class Session {
       }
       if (!outcome_.why.empty()) return;
       if (outcome_.seconds > limit_s) {
-        outcome_.why =
-            "limit of " + std::to_string(static_cast<int>(limit_s)) + " s reached in step '" + outcome_.last_step + "'";
+        outcome_.why = scene::LimitReached(limit_s, outcome_.last_step);
         return;
       }
       if (outcome_.seconds >= next_progress_s) {
