@@ -99,10 +99,10 @@ function(add_test_group name room label seconds deps)
   endif()
 endfunction()
 
-# add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>] [TESTS_ONE_BY_ONE])
-# TESTS_ONE_BY_ONE: its test files use the same short names for different things, and are never compiled in large pieces.
+# add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>])
+# Presets for daily use compile several test files at once: helpers of one room need different names.
 function(add_room name)
-  cmake_parse_arguments(ROOM "TESTS_ONE_BY_ONE" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
+  cmake_parse_arguments(ROOM "" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
   set(here "${CMAKE_CURRENT_SOURCE_DIR}")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE "${here}" "${here}/*.cpp")
   file(GLOB_RECURSE rooms_inside RELATIVE "${here}" "${here}/*/CMakeLists.txt")
@@ -132,9 +132,6 @@ function(add_room name)
 
   if(NOT VR_OOS_TESTS)
     return()
-  endif()
-  if(ROOM_TESTS_ONE_BY_ONE)
-    set(CMAKE_UNITY_BUILD OFF)  # in this function only
   endif()
 
   set(label unit)

@@ -19,7 +19,7 @@
 namespace bus {
 namespace {
 
-std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& registry, log::Tap* tap = nullptr) {
+std::unique_ptr<Node> MakeTappedNode(const std::string& name, const std::string& registry, log::Tap* tap = nullptr) {
   NodeOptions options;
   options.name = name;
   options.registry = registry;
@@ -67,8 +67,8 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   std::filesystem::create_directories(folder);
   const auto haptic_recorder = std::move(*log::TapRecorder::Create({folder / "h.mcap", "haptic_node", {}, {}, 0, 0}));
   const auto physics_recorder = std::move(*log::TapRecorder::Create({folder / "p.mcap", "physics_node", {}, {}, 0, 0}));
-  const auto haptic = MakeNode("haptic_node", registry->endpoint(), haptic_recorder->tap());
-  const auto physics = MakeNode("physics_node", registry->endpoint(), physics_recorder->tap());
+  const auto haptic = MakeTappedNode("haptic_node", registry->endpoint(), haptic_recorder->tap());
+  const auto physics = MakeTappedNode("physics_node", registry->endpoint(), physics_recorder->tap());
   auto contacts_writer = haptic->WriteLatest<core::ContactSet>(ContactsTopic("haptic_node", "a/b"));
   auto proxy_writer = haptic->WriteLatest<core::HapticProxy>(HapticProxyTopic("right"));
   auto state_writer = physics->WriteLatest<core::PhysicsState>(kPhysicsStateTopic);

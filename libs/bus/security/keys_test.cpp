@@ -11,10 +11,10 @@
 namespace bus {
 namespace {
 
-class KeyDirectory : public testing::Test {
+class KeyDirectory : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = testing::TempDir() + "keys-XXXXXX";
+    std::string name = ::testing::TempDir() + "keys-XXXXXX";
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     folder_ = name;
   }

@@ -12,7 +12,7 @@
 namespace bus::detail {
 namespace {
 
-constexpr std::uint64_t kSession = 7;
+constexpr std::uint64_t kSealedSession = 7;
 constexpr std::uint64_t kInstance = 0x1122334455667788;
 
 SessionKey MakeSessionKey() {
@@ -21,11 +21,11 @@ SessionKey MakeSessionKey() {
   return key;
 }
 
-Envelope MakeEnvelope() {
+Envelope EnvelopeToSeal() {
   Envelope envelope;
   envelope.topic = 0xaabbccdd;
   envelope.schema_digest = 77;
-  envelope.session = kSession;
+  envelope.session = kSealedSession;
   envelope.node = 5;
   envelope.boot = 9;
   envelope.header.sequence = 1234;
@@ -35,7 +35,7 @@ Envelope MakeEnvelope() {
 
 struct Ends {
   Sealer sealer;
-  Opener opener{kSession, true};
+  Opener opener{kSealedSession, true};
   Ends() {
     const SenderKey key = DeriveSenderKey(MakeSessionKey(), kInstance);
     sealer.SetKey(key);
@@ -44,7 +44,7 @@ struct Ends {
     opener.SetSenders(senders);
   }
 
-  std::vector<std::uint8_t> Make(const std::string& text, const Envelope& envelope = MakeEnvelope()) {
+  std::vector<std::uint8_t> Make(const std::string& text, const Envelope& envelope = EnvelopeToSeal()) {
     const std::size_t head = EnvelopeBytes(envelope.header);
     std::vector<std::uint8_t> bytes(head + text.size() + kSealBytes);
     std::memcpy(bytes.data() + head, text.data(), text.size());
@@ -110,10 +110,10 @@ TEST(Sealing, NamesTheReasonOfARefusal) {
   EXPECT_EQ(ends.Open(std::vector<std::uint8_t>(kMaxDatagramBytes + 1)), Refusal::kOversized);
   EXPECT_EQ(ends.Open(std::vector<std::uint8_t>(200)), Refusal::kGarbage);
   EXPECT_EQ(ends.Open({1, 2, 3}), Refusal::kTruncated);
-  Envelope envelope = MakeEnvelope();
-  envelope.session = kSession + 1;
+  Envelope envelope = EnvelopeToSeal();
+  envelope.session = kSealedSession + 1;
   EXPECT_EQ(ends.Open(ends.Make("x", envelope)), Refusal::kWrongSession);
-  envelope = MakeEnvelope();
+  envelope = EnvelopeToSeal();
   envelope.node = 6;
   EXPECT_EQ(ends.Open(ends.Make("x", envelope)), Refusal::kUnknownSender);
   auto forged = ends.Make("x");
@@ -127,10 +127,10 @@ TEST(Sealing, NamesTheReasonOfARefusal) {
 TEST(Sealing, SealedAndClearReceiversRefuseEachOthersDatagrams) {
   Ends ends;
   std::vector<std::uint8_t> clear(kEnvelopeFixedBytes);
-  WriteEnvelope(MakeEnvelope(), 0, clear.data());
+  WriteEnvelope(EnvelopeToSeal(), 0, clear.data());
   EXPECT_EQ(ends.Open(clear), Refusal::kNotAuthentic);
   auto sealed = ends.Make("x");
-  Opener without_keys(kSession, false);
+  Opener without_keys(kSealedSession, false);
   Envelope envelope;
   std::span<const std::uint8_t> payload;
   EXPECT_EQ(without_keys.Open(sealed, &envelope, &payload), Refusal::kNotAuthentic);

@@ -195,13 +195,13 @@ constexpr std::size_t kPlaneBytes = 4 + 4 * 10;
 constexpr std::size_t kSheetScalarBytes = 40;
 constexpr std::size_t kNodeBytes = 4 * 3;
 
-struct Range {
+struct FieldRange {
   std::size_t first = 0, count = 0;
 };
 
 // Part k of a state: mechanisms first, then bodies, each part filled up to the budget.
 struct StatePart {
-  Range mechanisms, bodies;
+  FieldRange mechanisms, bodies;
 };
 
 StatePart PartOf(const core::PhysicsState& state, int part, std::size_t budget, bool* is_last) {
@@ -350,16 +350,16 @@ bool Decode(const std::string& bytes, M* message) {
 }
 
 template <class Pair>
-class LibraryTest : public testing::Test {};
+class LibraryTest : public ::testing::Test {};
 template <class M, class P>
 struct Of {
   using Core = M;
   using Proto = P;
 };
-using All = testing::Types<Of<core::DeviceState, oos::DeviceState>, Of<core::DeviceCommand, oos::DeviceCommand>,
-                           Of<core::HapticProxy, oos::HapticProxy>, Of<core::Reaction, oos::Reaction>,
-                           Of<core::ContactSet, oos::ContactSet>, Of<core::PhysicsState, oos::PhysicsState>,
-                           Of<core::SheetState, oos::SheetState>>;
+using All = ::testing::Types<Of<core::DeviceState, oos::DeviceState>, Of<core::DeviceCommand, oos::DeviceCommand>,
+                             Of<core::HapticProxy, oos::HapticProxy>, Of<core::Reaction, oos::Reaction>,
+                             Of<core::ContactSet, oos::ContactSet>, Of<core::PhysicsState, oos::PhysicsState>,
+                             Of<core::SheetState, oos::SheetState>>;
 TYPED_TEST_SUITE(LibraryTest, All);
 
 // Whether this is the whole message, so that what is read can be written again as it was.

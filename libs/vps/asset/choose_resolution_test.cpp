@@ -17,24 +17,24 @@ PartSize Box_m(double x, double y, double z) {
 }
 
 // A plain part: nothing but its longest side counts.
-const PartSize& Cube() {
+const PartSize& CubeSize() {
   static const PartSize cube = Box_m(0.1, 0.1, 0.1);
   return cube;
 }
 
 TEST(ChooseVoxel, TakesAShareOfTheLongestSideOfAPlainPart) {
-  const ChosenVoxel voxel = ChooseVoxel(Cube(), Cube(), {});
+  const ChosenVoxel voxel = ChooseVoxel(CubeSize(), CubeSize(), {});
   EXPECT_DOUBLE_EQ(voxel.size_m, 0.1 / 256.0);
   EXPECT_THAT(voxel.reason, HasSubstr("longest side, 100 mm"));
 }
 
 TEST(ChooseVoxel, PutsTwoVoxelsIntoTheThinnestWallAndTheNarrowestGap) {
-  const ChosenVoxel thin = ChooseVoxel(Box_m(0.1, 0.1, 0.0005), Cube(), {});
+  const ChosenVoxel thin = ChooseVoxel(Box_m(0.1, 0.1, 0.0005), CubeSize(), {});
   EXPECT_NEAR(thin.size_m, 0.00025, 1e-9);
   EXPECT_THAT(thin.reason, HasSubstr("half of its thinnest wall, 0.5 mm"));
-  PartSize slotted = Cube();
+  PartSize slotted = CubeSize();
   slotted.features.gap_m = 0.0004;
-  const ChosenVoxel gap = ChooseVoxel(slotted, Cube(), {});
+  const ChosenVoxel gap = ChooseVoxel(slotted, CubeSize(), {});
   EXPECT_DOUBLE_EQ(gap.size_m, 0.0002);
   EXPECT_THAT(gap.reason, HasSubstr("narrowest gap, 0.4 mm"));
 }
@@ -43,7 +43,7 @@ TEST(ChooseVoxel, PutsTwoVoxelsIntoTheThinnestWallAndTheNarrowestGap) {
 TEST(ChooseVoxel, ResolvesAWallByEitherMethod) {
   const PartSize plate = Box_m(0.02, 0.02, 0.0002);
   for (const Method method : {Method::kPaper, Method::kFast}) {
-    const double voxel_m = ChooseVoxel(plate, Cube(), {.method = method}).size_m;
+    const double voxel_m = ChooseVoxel(plate, CubeSize(), {.method = method}).size_m;
     EXPECT_LE(LimitsOf(method, voxel_m).thickness_m, 0.0002 * (1.0 + 1e-9));
   }
 }
@@ -77,22 +77,22 @@ TEST_F(InAHole, KeepsTheClearanceFree) {
 }
 
 TEST(ChooseVoxel, SaysWhenMemoryEndsIt) {
-  PartSize fine = Cube();
+  PartSize fine = CubeSize();
   fine.features.thickness_m = 1e-6;
-  const ChosenVoxel fast = ChooseVoxel(fine, Cube(), {});
+  const ChosenVoxel fast = ChooseVoxel(fine, CubeSize(), {});
   EXPECT_NEAR(fine.area_m2 / (fast.size_m * fast.size_m), 2e6, 1.0);
   EXPECT_THAT(fast.reason,
               testing::AllOf(HasSubstr("most memory"), HasSubstr("0.0005 mm would be wanted: half of its")));
-  const ChosenVoxel paper = ChooseVoxel(fine, Cube(), {.method = Method::kPaper});
+  const ChosenVoxel paper = ChooseVoxel(fine, CubeSize(), {.method = Method::kPaper});
   EXPECT_NEAR(std::pow(0.1 / paper.size_m, 3.0), 5e7, 1.0);
   EXPECT_THAT(paper.reason, HasSubstr("most memory"));
 }
 
 TEST(ChooseVoxel, StaysWithinWhatIsAllowed) {
-  const ChosenVoxel least = ChooseVoxel(Cube(), Cube(), {.least_voxel_m = 0.01});
+  const ChosenVoxel least = ChooseVoxel(CubeSize(), CubeSize(), {.least_voxel_m = 0.01});
   EXPECT_EQ(least.size_m, 0.01);
   EXPECT_THAT(least.reason, HasSubstr("the least that is allowed; 0.391 mm would be wanted"));
-  EXPECT_EQ(ChooseVoxel(Cube(), Cube(), {.largest_voxel_m = 1e-4}).size_m, 1e-4);
+  EXPECT_EQ(ChooseVoxel(CubeSize(), CubeSize(), {.largest_voxel_m = 1e-4}).size_m, 1e-4);
 }
 
 TEST(ChoosePoints, StandOneVoxelApartWithinLimits) {
@@ -106,17 +106,17 @@ TEST(IsFirstSampled, IsTheNeedleAndNotThePlateInEitherOrder) {
   const PartSize plate = Box_m(0.1, 0.1, 0.01);
   EXPECT_TRUE(IsFirstSampled(needle, plate));
   EXPECT_FALSE(IsFirstSampled(plate, needle));
-  PartSize slotted = Cube();
+  PartSize slotted = CubeSize();
   slotted.features.gap_m = 0.0004;
   EXPECT_TRUE(IsFirstSampled(slotted, needle)) << "a gap is lost as a wall is";
 }
 
 TEST(IsFirstSampled, LeavesTheSecondSampledWhenBothAreAlike) {
-  EXPECT_FALSE(IsFirstSampled(Cube(), Cube()));
-  PartSize wider = Cube();
+  EXPECT_FALSE(IsFirstSampled(CubeSize(), CubeSize()));
+  PartSize wider = CubeSize();
   wider.features.thickness_m *= 1.005;
-  EXPECT_FALSE(IsFirstSampled(Cube(), wider));
-  EXPECT_FALSE(IsFirstSampled(wider, Cube()));
+  EXPECT_FALSE(IsFirstSampled(CubeSize(), wider));
+  EXPECT_FALSE(IsFirstSampled(wider, CubeSize()));
 }
 
 }  // namespace

@@ -7,13 +7,13 @@
 #include <fstream>
 #include <functional>
 #include <limits>
-#include <random>
 #include <sstream>
 
 #include "vps/asset/cooked_object.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
@@ -21,17 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double Unit() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-  std::size_t Below(std::size_t n) { return static_cast<std::size_t>(engine_() % n); }
-  glm::dvec3 Vector() { return 2.0 * glm::dvec3(Unit(), Unit(), Unit()) - 1.0; }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 float DistanceAt(const DistanceField& field, const glm::dvec3& p_m) {
   return SampleField(field, glm::vec3((p_m - field.origin_m) / field.voxel_size_m)).distance;
@@ -139,21 +128,14 @@ TEST_F(DamagedFile, InTheCacheIsBuiltAnewWithANote) {
   EXPECT_EQ(Cook(mesh, {0.002, 200, Method::kFast}, folder_ / "cache")->cache_note, "");
 }
 
-TriangleMesh Together(TriangleMesh mesh, const TriangleMesh& other, const glm::dvec3& shift_m) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const auto& v : other.vertices) mesh.vertices.push_back(v + shift_m);
-  for (const auto& t : other.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  return mesh;
-}
-
 void ExpectSignsOfTheWindingNumber(const TriangleMesh& mesh, const CheckedMesh& checked) {
   EXPECT_FALSE(checked.report.is_simple_solid);
   const auto cooked = Cook(checked.mesh, {0.0015, 0, Method::kFast});
   ASSERT_TRUE(cooked) << cooked.error().detail;
   const oracle::MeshDistance exact(mesh);
-  Random random(7);
+  CaseRandom random(7);
   for (int i = 0; i < 8000; ++i) {
-    const glm::dvec3 p = 0.05 * random.Vector();
+    const glm::dvec3 p = 0.05 * random.InCube();
     if (exact.UnsignedDistance(p) < 0.0006) continue;
     ASSERT_EQ(DistanceAt(*cooked->field, p) < 0.0f, exact.IsInside(p)) << p.x << " " << p.y << " " << p.z;
   }
@@ -161,8 +143,7 @@ void ExpectSignsOfTheWindingNumber(const TriangleMesh& mesh, const CheckedMesh& 
 
 // Where solids of one mesh pass through each other, the winding number determines the inside.
 TEST(FieldOfOverlappingSolids, HasTheSignsOfTheWindingNumber) {
-  const TriangleMesh mesh =
-      Together(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.025, 32), glm::dvec3(0.021, 0.007, 0.011));
+  const TriangleMesh mesh = Joined(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.025, 32), glm::dvec3(0.021, 0.007, 0.011));
   const auto checked = CheckMesh(mesh);
   ASSERT_TRUE(checked);
   EXPECT_GT(checked->report.num_crossings, 0U);
@@ -172,7 +153,7 @@ TEST(FieldOfOverlappingSolids, HasTheSignsOfTheWindingNumber) {
 // A block stands on a plate: the two faces that lie on each other bound nothing.
 TEST(FieldOfOverlappingSolids, IsInsideOnBothSidesWhereOnePartStandsOnAnother) {
   const TriangleMesh mesh =
-      Together(MakeBox({0.08, 0.06, 0.02}), MakeBox({0.024, 0.018, 0.04}), glm::dvec3(0.011, 0.004, 0.03));
+      Joined(MakeBox({0.08, 0.06, 0.02}), MakeBox({0.024, 0.018, 0.04}), glm::dvec3(0.011, 0.004, 0.03));
   const auto checked = CheckMesh(mesh);
   ASSERT_TRUE(checked);
   EXPECT_EQ(checked->report.num_crossings, 0U);
@@ -189,10 +170,10 @@ TEST(FieldOfASheet, OfAnOpenPlateIsABoxes) {
     const auto cooked = Cook(plate, parameters);
     ASSERT_TRUE(cooked) << cooked.error().detail;
     EXPECT_FALSE(cooked->field->facets.blocks.empty());  // a hand feels exact gaps
-    Random random(2);
+    CaseRandom random(2);
     int near_surface = 0;
     for (int i = 0; i < 20000; ++i) {
-      const glm::dvec3 p = random.Vector() * glm::dvec3(0.03, 0.025, 0.01);
+      const glm::dvec3 p = random.InCube() * glm::dvec3(0.03, 0.025, 0.01);
       const glm::dvec3 over = glm::abs(p) - glm::dvec3(0.02, 0.015, half_thickness_m);
       const double d = glm::length(glm::max(over, 0.0)) + std::min(std::max({over.x, over.y, over.z}), 0.0);
       if (std::abs(d) > 0.0015) continue;
@@ -217,11 +198,11 @@ TEST(FieldOfASheet, IsTheOraclesTwoSidedDistance) {
     parameters.sheet_half_thickness_m = 0.5 * thickness_m;
     const auto cooked = Cook(checked->mesh, parameters);
     ASSERT_TRUE(cooked) << cooked.error().detail;
-    Random random(3);
+    CaseRandom random(3);
     double sum = 0.0;
     int count = 0;
     for (int i = 0; i < 20000; ++i) {
-      const glm::dvec3 p = 0.034 * random.Vector();
+      const glm::dvec3 p = 0.034 * random.InCube();
       if (p.z > 0.45 * glm::length(p)) continue;  // the rim is at 0.5
       const double d = exact.SignedDistance(p) - 0.5 * thickness_m;
       if (std::abs(d) > 0.0015) continue;
@@ -240,45 +221,45 @@ struct Damage {
   glm::dvec3 p_m{0.0};
   bool is_everywhere = false;
 };
-using Wrecker = Damage (*)(TriangleMesh*, Random*);
+using Wrecker = Damage (*)(TriangleMesh*, CaseRandom*);
 
-Damage LoseATriangle(TriangleMesh* mesh, Random* random) {
+Damage LoseATriangle(TriangleMesh* mesh, CaseRandom* random) {
   const std::size_t t = random->Below(mesh->triangles.size());
   const Damage damage{mesh->corners(t)[0]};
   mesh->triangles.erase(mesh->triangles.begin() + static_cast<std::ptrdiff_t>(t));
   return damage;
 }
-Damage TurnATriangle(TriangleMesh* mesh, Random* random) {
+Damage TurnATriangle(TriangleMesh* mesh, CaseRandom* random) {
   auto& t = mesh->triangles[random->Below(mesh->triangles.size())];
   std::swap(t[0], t[1]);
   return {mesh->vertices[t[0]]};
 }
-Damage TurnAll(TriangleMesh* mesh, Random*) {
+Damage TurnAll(TriangleMesh* mesh, CaseRandom*) {
   for (auto& t : mesh->triangles) std::swap(t[0], t[1]);
   return {mesh->vertices[0]};
 }
-Damage DoubleATriangle(TriangleMesh* mesh, Random* random) {
+Damage DoubleATriangle(TriangleMesh* mesh, CaseRandom* random) {
   mesh->triangles.push_back(mesh->triangles[random->Below(mesh->triangles.size())]);
   return {mesh->vertices[mesh->triangles.back()[0]]};
 }
-Damage CollapseATriangle(TriangleMesh* mesh, Random* random) {
+Damage CollapseATriangle(TriangleMesh* mesh, CaseRandom* random) {
   auto& t = mesh->triangles[random->Below(mesh->triangles.size())];
   t[1] = t[0];
   return {mesh->vertices[t[0]]};
 }
-Damage PushACorner(TriangleMesh* mesh, Random* random) {
+Damage PushACorner(TriangleMesh* mesh, CaseRandom* random) {
   glm::dvec3& p = mesh->vertices[mesh->triangles[random->Below(mesh->triangles.size())][0]];
-  p += 0.01 * random->Vector();
+  p += 0.01 * random->InCube();
   return {p};
 }
-Damage AddALooseTriangle(TriangleMesh* mesh, Random* random) {
+Damage AddALooseTriangle(TriangleMesh* mesh, CaseRandom* random) {
   const glm::dvec3 p = mesh->corners(random->Below(mesh->triangles.size()))[0];
   const auto n = static_cast<std::uint32_t>(mesh->vertices.size());
-  for (int k = 0; k < 3; ++k) mesh->vertices.push_back(p + 0.008 * random->Vector());
+  for (int k = 0; k < 3; ++k) mesh->vertices.push_back(p + 0.008 * random->InCube());
   mesh->triangles.push_back({n, n + 1, n + 2});
   return {p};
 }
-Damage SplitCorners(TriangleMesh* mesh, Random* random) {
+Damage SplitCorners(TriangleMesh* mesh, CaseRandom* random) {
   for (auto& t : mesh->triangles) {
     if (random->Unit() < 0.5) continue;
     for (std::uint32_t& v : t) {
@@ -288,16 +269,16 @@ Damage SplitCorners(TriangleMesh* mesh, Random* random) {
   }
   return {mesh->vertices[0]};
 }
-Damage PutANan(TriangleMesh* mesh, Random* random) {
+Damage PutANan(TriangleMesh* mesh, CaseRandom* random) {
   mesh->vertices[mesh->triangles[random->Below(mesh->triangles.size())][2]].y =
       std::numeric_limits<double>::quiet_NaN();
   return {{}, true};
 }
-Damage PointAstray(TriangleMesh* mesh, Random* random) {
+Damage PointAstray(TriangleMesh* mesh, CaseRandom* random) {
   mesh->triangles[random->Below(mesh->triangles.size())][1] = 1'000'000;
   return {{}, true};
 }
-Damage LoseHalf(TriangleMesh* mesh, Random* random) {
+Damage LoseHalf(TriangleMesh* mesh, CaseRandom* random) {
   std::erase_if(mesh->triangles, [&](const auto&) { return random->Unit() < 0.5; });
   return {{}, true};
 }
@@ -310,7 +291,7 @@ TEST(DamagedMesh, IsRepairedOrRefusedWithOneError) {
   const TriangleMesh shapes[] = {MakeSphere(0.04, 32), MakeTorus(0.035, 0.012, 48, 24), MakeCylinder(0.03, 0.06, 48)};
   int num_built = 0, num_refused = 0;
   for (std::uint64_t seed = 0; seed < 48; ++seed) {
-    Random random(seed);
+    CaseRandom random(seed);
     const TriangleMesh& sound = shapes[seed % 3];
     TriangleMesh mesh = sound;
     std::vector<Damage> damages;
@@ -331,7 +312,7 @@ TEST(DamagedMesh, IsRepairedOrRefusedWithOneError) {
     ++num_built;
     const oracle::MeshDistance exact(sound);
     for (int i = 0; i < 400; ++i) {
-      const glm::dvec3 p = 0.055 * random.Vector();
+      const glm::dvec3 p = 0.055 * random.InCube();
       bool is_near_damage = exact.UnsignedDistance(p) < 0.0015;
       for (const Damage& damage : damages) is_near_damage |= glm::length(p - damage.p_m) < 0.025;
       if (is_near_damage) continue;

@@ -18,13 +18,6 @@ TriangleMesh Turned(TriangleMesh mesh, const glm::dquat& R, const glm::dvec3& by
   return mesh;
 }
 
-TriangleMesh Joined(TriangleMesh a, const TriangleMesh& b) {
-  const auto first = static_cast<std::uint32_t>(a.vertices.size());
-  a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-  for (const auto& t : b.triangles) a.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  return a;
-}
-
 TEST(MeasureFeatures, FindsTheWallOfABoxAndNoGap) {
   const FeatureSize size = MeasureFeatures(MakeBox({0.1, 0.05, 0.003}));
   EXPECT_NEAR(size.thickness_m, 0.003, 1e-9);

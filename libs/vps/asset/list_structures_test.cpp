@@ -11,13 +11,13 @@
 namespace vps {
 namespace {
 
-constexpr double kRadius_m = 0.02, kVoxel_m = 0.001;
+constexpr double kBallRadius_m = 0.02, kBallVoxel_m = 0.001;
 constexpr std::uint32_t kPoints = 2000;
 
 class ListStructures : public testing::TestWithParam<Method> {
  protected:
-  const CookedObject cooked_ = std::move(
-      *Cook(MakeSphere(kRadius_m, 48), {.voxel_size_m = kVoxel_m, .num_points = kPoints, .method = GetParam()}));
+  const CookedObject cooked_ = std::move(*Cook(
+      MakeSphere(kBallRadius_m, 48), {.voxel_size_m = kBallVoxel_m, .num_points = kPoints, .method = GetParam()}));
   const bool is_fast_ = GetParam() == Method::kFast;
   const std::vector<SurfacePoint> points_ = is_fast_ ? PointsOf(*cooked_.samples) : PointsOf(*cooked_.points);
 };
@@ -25,7 +25,7 @@ class ListStructures : public testing::TestWithParam<Method> {
 TEST_P(ListStructures, PointsLieOnTheSurfaceAndFaceOutwards) {
   EXPECT_NEAR(static_cast<double>(points_.size()), kPoints, 0.1 * kPoints) << "fillers of blocks are left out";
   for (const SurfacePoint& point : points_) {
-    EXPECT_NEAR(glm::length(point.p_m), kRadius_m, 0.2 * kVoxel_m) << "the mesh has facets";
+    EXPECT_NEAR(glm::length(point.p_m), kBallRadius_m, 0.2 * kBallVoxel_m) << "the mesh has facets";
     EXPECT_GT(glm::dot(point.outward, glm::normalize(point.p_m)), 0.9);
   }
 }
@@ -48,15 +48,15 @@ TEST_P(ListStructures, EveryLevelsSpheresHoldAllPoints) {
 
 TEST_P(ListStructures, SurfaceVoxelsAreThoseThatHoldPointsOfTheSurface) {
   const std::vector<glm::vec3> voxels = is_fast_ ? SurfaceVoxelsOf(*cooked_.field) : SurfaceVoxelsOf(*cooked_.voxmap);
-  const double half_diagonal_m = 0.5 * std::sqrt(3.0) * kVoxel_m;
+  const double half_diagonal_m = 0.5 * std::sqrt(3.0) * kBallVoxel_m;
   for (const glm::vec3& centre_m : voxels) {
-    EXPECT_NEAR(glm::length(glm::dvec3(centre_m)), kRadius_m, 1.1 * half_diagonal_m);
+    EXPECT_NEAR(glm::length(glm::dvec3(centre_m)), kBallRadius_m, 1.1 * half_diagonal_m);
   }
   std::size_t held = 0;
   for (const SurfacePoint& point : points_) {
     held += std::any_of(voxels.begin(), voxels.end(), [&](const glm::vec3& centre_m) {
       const glm::dvec3 off = glm::abs(point.p_m - glm::dvec3(centre_m));
-      return std::max({off.x, off.y, off.z}) <= 0.52 * kVoxel_m;
+      return std::max({off.x, off.y, off.z}) <= 0.52 * kBallVoxel_m;
     });
   }
   EXPECT_GE(held, points_.size() - points_.size() / 200) << "tangent planes may miss a corner";

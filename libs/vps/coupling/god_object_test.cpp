@@ -7,14 +7,13 @@
 #include <random>
 #include <vector>
 
+#include "vps/testing/pose_at.hpp"
+
 namespace vps {
 namespace {
 
 constexpr double kRadius_m = 0.01;
 
-core::Pose At(double x, double y, double z) {
-  return {glm::dquat(1, 0, 0, 0), {x, y, z}};
-}
 core::Pose Turned(const glm::dvec3& phi, const glm::dvec3& p = glm::dvec3(0.0)) {
   return {core::QuaternionFromRotationVector(phi), p};
 }

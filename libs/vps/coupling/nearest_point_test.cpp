@@ -3,19 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
+
+#include "vps/testing/case_random.hpp"
 
 namespace vps {
 namespace {
 
-double Uniform(std::mt19937_64& rng, double low, double high) {
-  return low + (high - low) * (static_cast<double>(rng() >> 11) * 0x1.0p-53);
-}
-
-Vector6 RandomVector(std::mt19937_64& rng, double scale) {
+Vector6 RandomVector(CaseRandom& random, double scale) {
   Vector6 v;
-  for (double& x : v) x = Uniform(rng, -scale, scale);
+  for (double& x : v) x = random.Uniform(-scale, scale);
   return v;
 }
 
@@ -74,18 +71,18 @@ bool NearestByEnumeration(const Vector6& target, const HalfSpaces& h, Vector6* n
 }
 
 TEST(NearestPoint, IsTheOneThatAllActiveSetsGive) {
-  std::mt19937_64 rng(1);
+  CaseRandom random(1);
   for (int round = 0; round < 400; ++round) {
     HalfSpaces h;
-    h.count = 1 + rng() % 9;
-    const Vector6 inside = RandomVector(rng, 0.5);  // so there is a solution
+    h.count = 1 + random.Below(9);
+    const Vector6 inside = RandomVector(random, 0.5);  // so there is a solution
     for (std::size_t i = 0; i < h.count; ++i) {
-      h.of[i].a = RandomVector(rng, 1.0);
-      h.of[i].b = Dot(h.of[i].a, inside) - (rng() % 3 == 0 ? 0.0 : Uniform(rng, 0.0, 0.5));
-      if (i > 0 && rng() % 5 == 0) h.of[i] = h.of[i - 1];  // redundant
-      h.of[i].was_active = rng() % 2 == 0;
+      h.of[i].a = RandomVector(random, 1.0);
+      h.of[i].b = Dot(h.of[i].a, inside) - (random.Below(3) == 0 ? 0.0 : random.Uniform(0.0, 0.5));
+      if (i > 0 && random.Below(5) == 0) h.of[i] = h.of[i - 1];  // redundant
+      h.of[i].was_active = random.Below(2) == 0;
     }
-    const Vector6 target = RandomVector(rng, 3.0);
+    const Vector6 target = RandomVector(random, 3.0);
     Vector6 expected{};
     ASSERT_TRUE(NearestByEnumeration(target, h, &expected));
     NearestPoint result;
@@ -107,18 +104,18 @@ TEST(NearestPoint, IsTheOneThatAllActiveSetsGive) {
 
 // A face has many planes that say the same, and a ring hundreds of directions: 96 half-spaces about a ball.
 TEST(NearestPoint, MeetsEveryOptimalityConditionOfManyHalfSpaces) {
-  std::mt19937_64 rng(2);
+  CaseRandom random(2);
   for (int round = 0; round < 300; ++round) {
     HalfSpaces h;
     h.count = 96;
     for (std::size_t i = 0; i < h.count; ++i) {
-      h.of[i].a = RandomVector(rng, 1.0);
+      h.of[i].a = RandomVector(random, 1.0);
       if (i > 48) h.of[i].a = h.of[i - 48].a;
       const double norm = std::sqrt(Dot(h.of[i].a, h.of[i].a));
       h.of[i].b = -1e-3 * norm * (1.0 + (i > 48 ? 1e-9 : 0.0));
     }
     NearestPoint result;
-    const Vector6 target = RandomVector(rng, 0.1);
+    const Vector6 target = RandomVector(random, 0.1);
     ProjectOntoHalfSpaces(target, h, &result);
     EXPECT_EQ(result.worst_violation, 0.0);
     Vector6 sum = target;

@@ -3,24 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
+
+#include "vps/testing/case_random.hpp"
+#include "vps/testing/pose_at.hpp"
 
 namespace vps {
 namespace {
 
-double Uniform(std::mt19937_64& rng, double low, double high) {
-  return low + (high - low) * (static_cast<double>(rng() >> 11) * 0x1.0p-53);
-}
-glm::dvec3 RandomVector(std::mt19937_64& rng, double scale) {
-  return scale * glm::dvec3(Uniform(rng, -1, 1), Uniform(rng, -1, 1), Uniform(rng, -1, 1));
-}
-
 TEST(SeparationStep, EqualsThePrintedFormWherePrintedIsFinite) {
-  std::mt19937_64 rng(1);
+  CaseRandom random(1);
   for (int i = 0; i < 20000; ++i) {
-    const glm::dvec3 f = RandomVector(rng, std::pow(10.0, Uniform(rng, -6, 0)));
-    const glm::dvec3 t = RandomVector(rng, std::pow(10.0, Uniform(rng, -6, 0)));
+    const glm::dvec3 f = std::pow(10.0, random.Uniform(-6, 0)) * random.InCube();
+    const glm::dvec3 t = std::pow(10.0, random.Uniform(-6, 0)) * random.InCube();
     const double sigma = 0.035;
     const double norm_f = glm::length(f);
     const double norm_t = glm::length(t);
@@ -33,10 +28,10 @@ TEST(SeparationStep, EqualsThePrintedFormWherePrintedIsFinite) {
 }
 
 TEST(SeparationStep, IsBounded) {
-  std::mt19937_64 rng(2);
+  CaseRandom random(2);
   for (int i = 0; i < 1000; ++i) {
     const SeparationStep step = ComputeSeparationStep(
-        {RandomVector(rng, 1e-3), RandomVector(rng, std::pow(10.0, Uniform(rng, -7, -2)))}, 0.035);
+        {1e-3 * random.InCube(), std::pow(10.0, random.Uniform(-7, -2)) * random.InCube()}, 0.035);
     EXPECT_LE(glm::length(step.delta_x), 1 + 1e-12);
     EXPECT_LE(glm::length(step.delta_phi_per_m), 1 / (2 * std::sqrt(0.035)) * (1 + 1e-12));
   }
@@ -83,10 +78,6 @@ struct AnalyticScene {
     return Stepped(coupling, X_WD, contact);
   }
 };
-
-core::Pose At(double x, double y, double z) {
-  return {glm::dquat(1, 0, 0, 0), {x, y, z}};
-}
 
 TEST(VirtualCoupling, PressedOnAPlaneGivesStiffnessTimesDepth) {
   const AnalyticScene scene{{{0, 0, 1}}};

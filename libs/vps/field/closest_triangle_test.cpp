@@ -5,29 +5,20 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <random>
 #include <vector>
 
 #include "vps/field/triangle_rows.hpp"
+#include "vps/testing/case_random.hpp"
 
 namespace vps {
 namespace {
 
-class Random {
- public:
-  glm::dvec3 Within(double half) { return {half * Signed(), half * Signed(), half * Signed()}; }
-
- private:
-  double Signed() { return static_cast<double>(engine_() >> 11) * 0x1p-52 - 1.0; }
-  std::mt19937_64 engine_{1};
-};
-
-TriangleMesh Soup(int num_triangles, double half, double size, Random* random) {
+TriangleMesh Soup(int num_triangles, double half, double size, CaseRandom* random) {
   TriangleMesh mesh;
   for (int i = 0; i < num_triangles; ++i) {
-    const glm::dvec3 middle = random->Within(half);
+    const glm::dvec3 middle = half * random->InCube();
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (int k = 0; k < 3; ++k) mesh.vertices.push_back(middle + random->Within(size));
+    for (int k = 0; k < 3; ++k) mesh.vertices.push_back(middle + size * random->InCube());
     mesh.triangles.push_back({first, first + 1, first + 2});
   }
   return mesh;
@@ -43,12 +34,12 @@ double LeastSquared(const TriangleField& field, const glm::dvec3& p) {
 
 // From one triangle to several levels of boxes, from within and from far outside, where single precision is coarse.
 TEST(ClosestTriangle, FromTheTreeEqualsExhaustiveSearch) {
-  Random random;
+  CaseRandom random(1);
   for (const int num_triangles : {1, 2, 8, 9, 64, 65, 700}) {
     const TriangleField field(Soup(num_triangles, 200.0, 20.0, &random));
     for (const double half : {250.0, 2e5}) {
       for (int i = 0; i < 200; ++i) {
-        const glm::dvec3 p = random.Within(half);
+        const glm::dvec3 p = half * random.InCube();
         std::uint32_t triangle = 0;
         const ClosestFeature closest = field.ClosestOfAll(p, &triangle);
         ASSERT_EQ(closest.squared_distance, LeastSquared(field, p)) << num_triangles << " " << i;
@@ -67,7 +58,7 @@ TEST(ClosestTriangle, FromTheTreeEqualsExhaustiveSearch) {
 
 // The tangent bound never excludes a point's nearest triangle.
 TEST(NearTriangles, IncludeTheNearestOfEveryPointAroundACell) {
-  Random random;
+  CaseRandom random(1);
   std::size_t count = 0;
   for (int round = 0; round < 200; ++round) {
     const TriangleField field(Soup(30, 6.0, 2.0, &random));
@@ -83,7 +74,7 @@ TEST(NearTriangles, IncludeTheNearestOfEveryPointAroundACell) {
     PointRow offsets[kNearRows];
     for (PointRow& row : offsets) {
       for (int i = 0; i < kRow; ++i) {
-        const glm::dvec3 offset = random.Within(0.5);
+        const glm::dvec3 offset = 0.5 * random.InCube();
         row.x[i] = static_cast<float>(offset.x);
         row.y[i] = static_cast<float>(offset.y);
         row.z[i] = static_cast<float>(offset.z);

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,21 +14,11 @@
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/oracle/exact_distance.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double Signed() { return static_cast<double>(engine_() >> 11) * 0x1p-52 - 1.0; }
-  double Unit() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-  glm::dvec3 Vector() { return {Signed(), Signed(), Signed()}; }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 glm::vec3 InVoxels(const DistanceField& field, const glm::dvec3& p) {
   return glm::vec3((p - field.origin_m) / field.voxel_size_m);
@@ -43,7 +32,7 @@ struct Errors {
 // Field against the exact distance at random places within 1.5 voxels of the surface, in voxels.
 Errors Measure(const TriangleMesh& mesh, const DistanceField& field, int count) {
   const oracle::ExactDistance exact(mesh);
-  Random random(7);
+  CaseRandom random(7);
   std::vector<double> errors;
   Errors e;
   while (static_cast<int>(errors.size()) < count) {
@@ -53,7 +42,7 @@ Errors Measure(const TriangleMesh& mesh, const DistanceField& field, int count) 
     double v = random.Unit();
     if (u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
     const glm::dvec3 p = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]) +
-                         1.5 * field.voxel_size_m * random.Vector();
+                         1.5 * field.voxel_size_m * random.InCube();
     const double d = exact.SignedDistance(p) / field.voxel_size_m;
     if (std::abs(d) > 1.5) continue;
     errors.push_back(std::abs(SampleField(field, InVoxels(field, p)).distance - d));
@@ -105,7 +94,7 @@ TEST(DistanceField, ATurnedBoxHasSharpEdgesInsideAndOut) {
 TEST(DistanceField, RoughFacetsSmallerThanAVoxelKeepTheBoundsAndCauseNoBias) {
   constexpr double kVoxel = 0.001;
   TriangleMesh rough = MakeSphere(0.012, 96);  // facets of 0.8 voxel
-  Random random(5);
+  CaseRandom random(5);
   for (glm::dvec3& v : rough.vertices) v *= 1.0 + 0.1 * kVoxel / 0.012 * random.Signed();
   ExpectAccurate("rough sphere", rough, kVoxel);
   const auto field = BuildField(rough, kVoxel);
@@ -114,7 +103,7 @@ TEST(DistanceField, RoughFacetsSmallerThanAVoxelKeepTheBoundsAndCauseNoBias) {
   double bias = 0.0;
   constexpr int kCount = 2000;
   for (int i = 0; i < kCount; ++i) {
-    const glm::dvec3 p = (0.012 + 0.0003 * random.Signed()) * glm::normalize(random.Vector() + glm::dvec3(1e-9));
+    const glm::dvec3 p = (0.012 + 0.0003 * random.Signed()) * glm::normalize(random.InCube() + glm::dvec3(1e-9));
     bias += (SampleField(*field, InVoxels(*field, p)).distance - exact.SignedDistance(p) / kVoxel) / kCount;
   }
   EXPECT_LE(std::abs(bias), 0.004);
@@ -127,7 +116,7 @@ TEST(DistanceField, ReconstructsAGentlyCurvedWallWithoutBias) {
   const double s = 3e-4;
   const DistanceField field = *BuildField(block, s);
   const oracle::MeshDistance exact(block);
-  Random random(3);
+  CaseRandom random(3);
   double sum = 0.0;
   constexpr int kCount = 20000;
   for (int i = 0; i < kCount; ++i) {
@@ -143,9 +132,9 @@ TEST(DistanceField, DeepInsideAndFarOutsideDepthAndDirectionAreRight) {
   const TriangleMesh sphere = MakeSphere(0.05, 96);
   const auto field = BuildField(sphere, 0.0005);
   ASSERT_TRUE(field);
-  Random random(3);
+  CaseRandom random(3);
   for (int i = 0; i < 2000; ++i) {
-    const glm::dvec3 n = glm::normalize(random.Vector() + glm::dvec3(1e-9));
+    const glm::dvec3 n = glm::normalize(random.InCube() + glm::dvec3(1e-9));
     const double r = 0.01 + 0.042 * random.Unit();
     const FieldSample sample = SampleField(*field, InVoxels(*field, r * n));
     // A cell's plane is off by e^2 / 2r, e at most half its diagonal.
@@ -163,9 +152,9 @@ TEST(DistanceField, CentreDistanceIsAConservativeBound) {
   const auto field = BuildField(mesh, 0.0005);
   ASSERT_TRUE(field);
   const oracle::ExactDistance exact(mesh);
-  Random random(5);
+  CaseRandom random(5);
   for (int i = 0; i < 4000; ++i) {
-    const glm::dvec3 p = 0.03 * random.Vector();
+    const glm::dvec3 p = 0.03 * random.InCube();
     const glm::vec3 q = InVoxels(*field, p);
     const FieldSample sample = SampleField(*field, q);
     const double d = exact.SignedDistance(p) / field->voxel_size_m;
@@ -184,7 +173,7 @@ TEST(DistanceField, FarPointsHaveTheRightSignAndAreFar) {
                                                    {turned, 0.00025},
                                                    {turned, 0.001},
                                                    {MakeTorus(0.03, 0.004, 96, 48), 0.00025}};
-  Random random(11);
+  CaseRandom random(11);
   for (const auto& [mesh, voxel_size_m] : cases) {
     const auto field = BuildField(mesh, voxel_size_m);
     ASSERT_TRUE(field);
@@ -195,7 +184,7 @@ TEST(DistanceField, FarPointsHaveTheRightSignAndAreFar) {
       const auto corners = mesh.corners(i % mesh.triangles.size());
       const double u = random.Unit();
       const glm::dvec3 p = corners[0] + u * (corners[1] - corners[0]) +
-                           random.Unit() * (1.0 - u) * (corners[2] - corners[0]) + 9.0 * voxel_size_m * random.Vector();
+                           random.Unit() * (1.0 - u) * (corners[2] - corners[0]) + 9.0 * voxel_size_m * random.InCube();
       const double d = exact.SignedDistance(p) / voxel_size_m;
       const float sampled = SampleField(*field, InVoxels(*field, p)).distance;
       num_off += std::abs(d) < 3.5 && std::abs(sampled - d) > 1.5 ? 1 : 0;
@@ -216,7 +205,7 @@ TEST(DistanceField, DepthsBeyondTheBandAreRightInTheMean) {
   const glm::dmat3 R = glm::mat3_cast(core::QuaternionFromRotationVector({0.3, 0.5, 0.7}));
   for (glm::dvec3& v : turned.vertices) v = R * v;
   const double voxel_size_m = 0.0005;
-  Random random(17);
+  CaseRandom random(17);
   for (const TriangleMesh& mesh : {MakeSphere(0.025, 64), turned, MakeBlockWithHole(0.05, 0.05, 0.01, 64)}) {
     const auto field = BuildField(mesh, voxel_size_m);
     ASSERT_TRUE(field);
@@ -224,7 +213,7 @@ TEST(DistanceField, DepthsBeyondTheBandAreRightInTheMean) {
     double sum = 0.0;
     int count = 0;
     for (int i = 0; i < 40000; ++i) {
-      const glm::dvec3 p = 0.03 * random.Vector();
+      const glm::dvec3 p = 0.03 * random.InCube();
       const double d = exact.SignedDistance(p) / voxel_size_m;
       if (d > -4.0) continue;
       sum += static_cast<double>(SampleField(*field, InVoxels(*field, p)).distance) - d;
@@ -241,7 +230,7 @@ TEST(DistanceField, CellBoundsHoldAtEveryPoint) {
     const auto field = is_block ? BuildField(MakeBlockWithHole(0.03, 0.02, 0.01, 64), 0.0005)
                                 : BuildField(MakeTorus(0.03, 0.01, 64, 32), 0.0005);
     ASSERT_TRUE(field);
-    Random random(8);
+    CaseRandom random(8);
     const int side = 1 << field->coarse_shift;
     const glm::ivec3 n(field->nx / side, field->ny / side, field->nz / side);
     const glm::vec3 last = glm::vec3(field->nx, field->ny, field->nz) - 0.5f;
@@ -252,7 +241,7 @@ TEST(DistanceField, CellBoundsHoldAtEveryPoint) {
       const CoarseCell& cell = field->coarse[static_cast<std::size_t>((c.z * n.y + c.y) * n.x + c.x)];
       const glm::vec3 centre = (glm::vec3(c) + 0.5f) * static_cast<float>(side);
       const std::uint32_t wide = std::bit_cast<std::uint32_t>(cell.distance) & 0xffU;
-      const glm::vec3 p = centre + (0.5f * static_cast<float>(side) + kWideMargin) * glm::vec3(random.Vector());
+      const glm::vec3 p = centre + (0.5f * static_cast<float>(side) + kWideMargin) * glm::vec3(random.InCube());
       if (wide != 0 && glm::all(glm::greaterThan(p, glm::vec3(0.0f))) && glm::all(glm::lessThan(p, last))) {
         ++num_wide;
         const float plane = cell.distance + glm::dot(CoarseGradientOf(cell.gradient), p - centre);
@@ -268,7 +257,7 @@ TEST(DistanceField, CellBoundsHoldAtEveryPoint) {
                        WordInBrick(v.x, v.y, v.z)];
       if (close == 0 || KindOf(word) != CellKind::kPlane || std::abs(DistanceOf(word)) > kMostAnchorDistance) continue;
       ++num_close;
-      const glm::vec3 e = (0.5f + kCloseRadius) * glm::vec3(random.Vector());
+      const glm::vec3 e = (0.5f + kCloseRadius) * glm::vec3(random.InCube());
       const float plane = DistanceOf(word) + glm::dot(GradientOf(word), e);
       ASSERT_GE(SampleField(*field, glm::vec3(v) + 0.5f + e).distance,
                 plane - static_cast<float>(close - 1) / kFallSteps);
@@ -279,9 +268,9 @@ TEST(DistanceField, CellBoundsHoldAtEveryPoint) {
 }
 
 TEST(DistanceField, WordsKeepDistanceAndDirection) {
-  Random random(1);
+  CaseRandom random(1);
   for (int i = 0; i < 100000; ++i) {
-    const glm::vec3 n(glm::normalize(random.Vector() + glm::dvec3(0, 0, 1e-9)));
+    const glm::vec3 n(glm::normalize(random.InCube() + glm::dvec3(0, 0, 1e-9)));
     const auto d = static_cast<float>(3.9 * random.Signed());
     const std::uint32_t word = EncodePlane(d, n);
     ASSERT_EQ(KindOf(word), CellKind::kPlane);

@@ -28,24 +28,17 @@ void ExpectTheSameField(const TriangleMesh& mesh, double voxel_size_m) {
   EXPECT_TRUE(IsSame(settled->coarse, everywhere->coarse));
 }
 
-TriangleMesh Together(TriangleMesh mesh, const TriangleMesh& other, const glm::dvec3& shift_m) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const auto& v : other.vertices) mesh.vertices.push_back(v + shift_m);
-  for (const auto& t : other.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  return mesh;
-}
-
 // Solids that pass through each other, and one that stands on another: nearly no triangle's normal is trusted.
 TEST(SettledSigns, GiveTheFieldOfSignsAskedEverywhere) {
   const TriangleMesh box = MakeBox({0.06, 0.04, 0.03});
-  ExpectTheSameField(Together(box, MakeSphere(0.025, 32), {0.021, 0.007, 0.011}), 0.002);
-  ExpectTheSameField(Together(box, MakeTorus(0.03, 0.005, 48, 16), {0.0, 0.0, 0.013}), 0.0013);
-  ExpectTheSameField(Together(box, MakeBox({0.024, 0.018, 0.04}), {0.011, 0.004, 0.035}), 0.002);
+  ExpectTheSameField(Joined(box, MakeSphere(0.025, 32), {0.021, 0.007, 0.011}), 0.002);
+  ExpectTheSameField(Joined(box, MakeTorus(0.03, 0.005, 48, 16), {0.0, 0.0, 0.013}), 0.0013);
+  ExpectTheSameField(Joined(box, MakeBox({0.024, 0.018, 0.04}), {0.011, 0.004, 0.035}), 0.002);
 }
 
 // Where a solid has a hole the winding number passes 0.5 in the open: no place settles another's sign.
 TEST(SettledSigns, DoNotSpreadThroughAHole) {
-  TriangleMesh mesh = Together(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.025, 32), {0.021, 0.007, 0.011});
+  TriangleMesh mesh = Joined(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.025, 32), {0.021, 0.007, 0.011});
   mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);  // a face of the box
   ExpectTheSameField(mesh, 0.002);
 }

@@ -28,14 +28,6 @@ TriangleMesh TurnedOver(TriangleMesh mesh) {
   return mesh;
 }
 
-TriangleMesh Joined(const TriangleMesh& a, const TriangleMesh& b) {
-  TriangleMesh mesh = a;
-  const auto first = static_cast<std::uint32_t>(a.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), b.vertices.begin(), b.vertices.end());
-  for (const auto& t : b.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  return mesh;
-}
-
 // Two triangles in z = 0.
 TriangleMesh Plate(double side_m) {
   const double h = 0.5 * side_m;

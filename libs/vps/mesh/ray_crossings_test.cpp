@@ -25,18 +25,11 @@ struct Surface {
   std::vector<std::array<glm::dvec3, 3>> triangles;
 };
 
-TriangleMesh Together(TriangleMesh mesh, const TriangleMesh& other, const glm::dvec3& shift_m) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const glm::dvec3& v : other.vertices) mesh.vertices.push_back(v + shift_m);
-  for (const auto& t : other.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  return mesh;
-}
-
 TEST(CountRayCrossings, IsTheSumOfSolidAngles) {
   const TriangleMesh parts[] = {
       MakeBox({0.06, 0.04, 0.03}), MakeTorus(0.04, 0.015, 24, 12), MakeCylinder(0.03, 0.05, 64),
       // Twice inside where two parts of one mesh overlap, and a part turned inside out.
-      Together(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.02, 16), {0.02, 0.01, 0.01}),
+      Joined(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.02, 16), {0.02, 0.01, 0.01}),
       MakeThreadedRod({.radius_m = 0.03, .depth_m = 0.004, .pitch_m = 0.01, .num_turns = 4, .num_segments = 24})};
   std::mt19937_64 engine(7);
   const auto random = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53 * 2.0 - 1.0; };

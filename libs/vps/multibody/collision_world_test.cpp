@@ -8,22 +8,16 @@
 #include <vector>
 
 #include "vps/testing/brute_force.hpp"
+#include "vps/testing/cooked.hpp"
+#include "vps/testing/pose_at.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {
 
-std::shared_ptr<const CookedObject> Cooked(const TriangleMesh& mesh, double voxel_size_m, std::uint32_t num_points) {
-  return std::make_shared<const CookedObject>(*Cook(mesh, {voxel_size_m, num_points}));
-}
-
 std::shared_ptr<const CookedObject> Torus() {
   static const auto torus = Cooked(MakeTorus(0.05, 0.02, 48, 24), 0.001, 3000);
   return torus;
-}
-
-core::Pose At(double x, double y, double z, const glm::dvec3& turn = {}) {
-  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
 }
 
 // Runs bodies on two threads, odd and even, the odd ones backwards.

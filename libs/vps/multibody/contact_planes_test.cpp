@@ -10,8 +10,8 @@
 namespace vps {
 namespace {
 
-struct Engine {
-  Engine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
+struct PairWithPlanes {
+  PairWithPlanes(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
       : G(*Cook(A, {voxel_size_m, 0, Method::kFast})),
         S(*Cook(B, {0.0, num_points, Method::kFast})),
         scratch(*S.samples) {
@@ -44,7 +44,7 @@ core::Wrench WrenchOf(const ContactPlanes& planes, const core::Pose& X_AB) {
 // Also where more blocks are near than patches are reduced: none is left out.
 TEST(ContactPlanes, AddUpToTheWrenchOfTheQuery) {
   for (const ContactCase& c : {BallCase(4), PegCase(4)}) {
-    Engine engine(c.A, c.B, c.voxel_size_m, 65536);
+    PairWithPlanes engine(c.A, c.B, c.voxel_size_m, 65536);
     const Box box = BoundingBox(c.B);
     const double size_m = glm::length(box.upper - box.lower);
     std::uint32_t most_blocks = 0;
@@ -63,7 +63,7 @@ TEST(ContactPlanes, AddUpToTheWrenchOfTheQuery) {
 
 TEST(ContactPlanes, KeepTheWrenchWithinOnePercent) {
   for (const ContactCase& c : {BallCase(10), ToriCase(10), PegCase(10), *ModuleCase(VR_OOS_SOURCE_DIR, 14)}) {
-    Engine engine(c.A, c.B, c.voxel_size_m, 4096);
+    PairWithPlanes engine(c.A, c.B, c.voxel_size_m, 4096);
     const Box box = BoundingBox(c.B);
     const double size_m = glm::length(box.upper - box.lower);
     int num_touching = 0;
@@ -91,7 +91,7 @@ TEST(ContactPlanes, IdsPersistWhileABodySlidesAndRolls) {
   };
   for (const Ride& ride : {Ride{MakeBox({0.02, 0.03, 0.01}), 0.015 - 2e-4, {0, 0, 1.0}},
                            Ride{MakeSphere(0.01, 96), 0.02 - 5e-4, {0, 3.0, 0}}}) {
-    Engine engine(plate, ride.mesh, 1e-3, 8192);
+    PairWithPlanes engine(plate, ride.mesh, 1e-3, 8192);
     std::set<std::uint32_t> before;
     int num_kept = 0;
     int num_lost = 0;

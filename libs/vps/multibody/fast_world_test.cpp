@@ -9,26 +9,21 @@
 #include "vps/asset/cooked_file.hpp"
 #include "vps/multibody/collision_world.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
+#include "vps/testing/cooked.hpp"
 #include "vps/testing/flat_walk.hpp"
+#include "vps/testing/pose_at.hpp"
 #include "vps/testing/shapes.hpp"
 
 // The method `fast` behind the interface of CollisionWorld.
 namespace vps {
 namespace {
 
-std::shared_ptr<const CookedObject> Cooked(const TriangleMesh& mesh, double voxel_size_m, std::uint32_t num_points) {
-  return std::make_shared<const CookedObject>(*Cook(mesh, {voxel_size_m, num_points, Method::kFast}));
-}
-
-core::Pose At(double x, double y, double z, const glm::dvec3& turn = {}) {
-  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
-}
-
 // Object 0 is a plate with its upper face at z = 0.02; object 1 is on it.
 std::unique_ptr<CollisionWorld> OnPlate(const TriangleMesh& mesh, std::uint32_t num_points) {
   WorldDescription description;
   description.method = Method::kFast;
-  description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0), {}}, {Cooked(mesh, 0, num_points), {}}};
+  description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0, Method::kFast), {}},
+                         {Cooked(mesh, 0, num_points, Method::kFast), {}}};
   description.pairs = {{.sampled = 1, .field = 0}};
   return *CollisionWorld::Create(description);
 }
@@ -82,7 +77,7 @@ TEST(FastWorld, ForceOfABallGrowsContinuously) {
 TEST(FastWorld, RestsWhileApartAndNeverLate) {
   WorldDescription description;
   description.method = Method::kFast;
-  const auto torus = Cooked(MakeTorus(0.05, 0.02, 48, 24), 0.001, 3000);
+  const auto torus = Cooked(MakeTorus(0.05, 0.02, 48, 24), 0.001, 3000, Method::kFast);
   description.objects = {{torus, {}}, {torus, At(0.3, 0, 0)}};
   description.pairs = {{.sampled = 1, .field = 0}};
   const auto world = *CollisionWorld::Create(description);
@@ -114,8 +109,8 @@ TEST(FastWorld, RestsWhileApartAndNeverLate) {
 TEST(FastWorld, APairThatIsSwitchedOnAgainIsAsNew) {
   WorldDescription description;
   description.method = Method::kFast;
-  description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0), {}},
-                         {Cooked(MakeTorus(0.03, 0.012, 48, 24), 0, 4000), {}}};
+  description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0, Method::kFast), {}},
+                         {Cooked(MakeTorus(0.03, 0.012, 48, 24), 0, 4000, Method::kFast), {}}};
   description.pairs = {{.sampled = 1, .field = 0, .accuracy = 0.001, .negligible_N = 0.0}};
   const auto used = *CollisionWorld::Create(description);
   const auto fresh = *CollisionWorld::Create(description);
@@ -146,8 +141,8 @@ TEST(FastWorld, APlaceThatCarriesKeepsItsPlane) {
   for (const bool is_kept : {true, false}) {
     WorldDescription description;
     description.method = Method::kFast;
-    description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0), {}},
-                           {Cooked(MakeSphere(0.02, 64), 0, 4000), {}}};
+    description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0, Method::kFast), {}},
+                           {Cooked(MakeSphere(0.02, 64), 0, 4000, Method::kFast), {}}};
     description.pairs = {{.sampled = 1, .field = 0, .has_gaps = true}};
     const auto world = *CollisionWorld::Create(description);
     core::SerialFor serial;

@@ -47,7 +47,7 @@ struct GapEngine {
   core::Pose X_AB_now;
 };
 
-core::Pose Turned(const glm::dvec3& turn) {
+core::Pose TurnedBy(const glm::dvec3& turn) {
   return {core::QuaternionFromRotationVector(turn), glm::dvec3(0.0)};
 }
 
@@ -55,7 +55,7 @@ core::Pose Turned(const glm::dvec3& turn) {
 // gap, before, at and after touching, under one id.
 TEST(GapQuery, ACornerOverAFaceHasTheFacesNormal) {
   GapEngine engine(MakeBox({0.1, 0.1, 0.02}), MakeSphere(0.02, 64), 1e-3, 4096);
-  const core::Pose tilt = Turned({0.2, 0.1, 0.0});
+  const core::Pose tilt = TurnedBy({0.2, 0.1, 0.0});
   const TriangleMesh ball = MakeSphere(0.02, 64);
   double lowest_m = 0.0;
   for (const glm::dvec3& v : ball.vertices) lowest_m = std::min(lowest_m, tilt.rotate(v).z);
@@ -83,11 +83,11 @@ TEST(GapQuery, WhatEarlierQueriesHaveLeftChangesNothing) {
   const double above_m = 0.025 + 0.02 - 2e-4;
   for (const glm::dvec3& p :
        {glm::dvec3(0.03, 0.04, above_m), glm::dvec3(0.03 + 0.0199, 0, 0), glm::dvec3(0, 0, -above_m)}) {
-    used.Query({Turned({0.3, 0.1, 0.2}).rotation, p});
+    used.Query({TurnedBy({0.3, 0.1, 0.2}).rotation, p});
     EXPECT_FALSE(used.gaps.planes.empty());
   }
   used.gaps.Clear();
-  const core::Pose X_AB{Turned({0.2, 0.1, 0.0}).rotation, {-0.01, 0.02, above_m}};
+  const core::Pose X_AB{TurnedBy({0.2, 0.1, 0.0}).rotation, {-0.01, 0.02, above_m}};
   used.Query(X_AB);
   fresh.Query(X_AB);
   ASSERT_FALSE(fresh.gaps.planes.empty());
@@ -157,7 +157,7 @@ TEST(GapQuery, ACornerUnderABottomIsNotBehindTheSide) {
     const double angle = random.Uniform(-3.0, 3.0);
     const double aside_m = random.Uniform(0.002, 0.012);
     for (const double gap_m : {-5.0 * kMicro, 5.0 * kMicro, 15.0 * kMicro}) {
-      core::Pose X_AB = Turned({0.0, 0.0, turn});
+      core::Pose X_AB = TurnedBy({0.0, 0.0, turn});
       X_AB.translation = {aside_m * std::cos(angle), aside_m * std::sin(angle), 0.02 + 0.03 + gap_m};
       engine.gaps.Clear();
       engine.Query(X_AB);
@@ -219,7 +219,7 @@ TEST(GapQuery, AWallAlongWhichAFaceEndsIsNotUnderIt) {
 // Two roofs across each other: the normal is across both edges.
 TEST(GapQuery, CrossingEdgesHaveTheNormalOfBoth) {
   TriangleMesh roof = MakeBox(glm::dvec3(0.04));
-  for (glm::dvec3& v : roof.vertices) v = Turned({std::acos(-1.0) / 4.0, 0, 0}).rotate(v);  // ridges along x
+  for (glm::dvec3& v : roof.vertices) v = TurnedBy({std::acos(-1.0) / 4.0, 0, 0}).rotate(v);  // ridges along x
   const double top_m = 0.04 * std::sqrt(0.5);
   GapEngine engine(roof, roof, 5e-4, 2048);
   const glm::dquat across = core::QuaternionFromRotationVector({0, 0, 1.1});

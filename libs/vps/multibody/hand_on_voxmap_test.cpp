@@ -4,15 +4,13 @@
 #include <vector>
 
 #include "vps/multibody/collision_world.hpp"
+#include "vps/testing/cooked.hpp"
+#include "vps/testing/pose_at.hpp"
 #include "vps/testing/shapes.hpp"
 
 // The whole chain of one hand: voxelmap, pointshell, tree walk, reduction, virtual coupling.
 namespace vps {
 namespace {
-
-std::shared_ptr<const CookedObject> Cooked(const TriangleMesh& mesh, double voxel_size_m, std::uint32_t num_points) {
-  return std::make_shared<const CookedObject>(*Cook(mesh, {voxel_size_m, num_points}));
-}
 
 struct Statistics {
   double mean = 0.0;
@@ -53,15 +51,11 @@ class Hand {
   core::SerialFor serial;
 };
 
-core::Pose At(double x, double y, double z, const glm::dvec3& turn = {}) {
-  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
-}
-
-constexpr double kVoxel_m = 0.0005;
+constexpr double kPlateVoxel_m = 0.0005;
 
 TEST(HandOnVoxmap, BallPressed5MmIntoAPlateFeelsStiffnessTimesDepth) {
   // Plate with its upper face at z = 0.01; the ball touches at z = 0.02.
-  Hand hand(Cooked(MakeBox({0.1, 0.1, 0.02}), kVoxel_m, 0), Cooked(MakeSphere(0.01, 48), 0, 4096), At(0, 0, 0.03));
+  Hand hand(Cooked(MakeBox({0.1, 0.1, 0.02}), kPlateVoxel_m, 0), Cooked(MakeSphere(0.01, 48), 0, 4096), At(0, 0, 0.03));
   double z = 0.03;
   core::Wrench F;
   for (int i = 0; i < 400; ++i) {
@@ -71,7 +65,7 @@ TEST(HandOnVoxmap, BallPressed5MmIntoAPlateFeelsStiffnessTimesDepth) {
   std::vector<double> force;
   for (int i = 0; i < 500; ++i) force.push_back(hand.Step(At(0, 0, z)).force_N.z);
   const Statistics rest = Of(force);
-  EXPECT_NEAR(rest.mean, 2500.0 * (0.005 - hand.world->RestPenetration_m(0)), 2500.0 * kVoxel_m);
+  EXPECT_NEAR(rest.mean, 2500.0 * (0.005 - hand.world->RestPenetration_m(0)), 2500.0 * kPlateVoxel_m);
   EXPECT_LT(rest.deviation, 0.02 * rest.mean);
   // Sliding at 0.1 m/s: the proxy follows, the force stays within the steps of integer layers.
   std::vector<double> slide, lag;
@@ -83,7 +77,7 @@ TEST(HandOnVoxmap, BallPressed5MmIntoAPlateFeelsStiffnessTimesDepth) {
   const Statistics sliding = Of(slide);
   std::printf("ball on plate: %.3f N at rest (deviation %.4f), sliding %.3f N (deviation %.3f), drag %.3f N\n",
               rest.mean, rest.deviation, sliding.mean, sliding.deviation, Of(lag).mean);
-  EXPECT_NEAR(sliding.mean, rest.mean, 2500.0 * kVoxel_m);
+  EXPECT_NEAR(sliding.mean, rest.mean, 2500.0 * kPlateVoxel_m);
   EXPECT_LT(sliding.deviation, 0.05 * rest.mean);
   EXPECT_LT(Of(lag).mean, 0.05 * rest.mean);
   // Letting go.
@@ -93,9 +87,10 @@ TEST(HandOnVoxmap, BallPressed5MmIntoAPlateFeelsStiffnessTimesDepth) {
 
 TEST(HandOnVoxmap, BallPressedIntoACornerComesToRest) {
   // The inside corner of a block with a square pocket would need another mesh: two crossed plates do.
-  Hand hand(Cooked(MakeBox({0.1, 0.1, 0.02}), kVoxel_m, 0), Cooked(MakeSphere(0.01, 48), 0, 4096), At(-0.03, 0, 0.03));
+  Hand hand(Cooked(MakeBox({0.1, 0.1, 0.02}), kPlateVoxel_m, 0), Cooked(MakeSphere(0.01, 48), 0, 4096),
+            At(-0.03, 0, 0.03));
   WorldDescription description;
-  auto plate = Cooked(MakeBox({0.1, 0.1, 0.02}), kVoxel_m, 0);
+  auto plate = Cooked(MakeBox({0.1, 0.1, 0.02}), kPlateVoxel_m, 0);
   auto ball = Cooked(MakeSphere(0.01, 48), 0, 4096);
   description.objects = {
       {plate, {}}, {ball, At(-0.03, 0, 0.03)}, {plate, At(0.01, 0, 0.05, {0, 1.5707963267948966, 0})}};
@@ -112,15 +107,15 @@ TEST(HandOnVoxmap, BallPressedIntoACornerComesToRest) {
   }
   std::printf("ball in corner: x %.3f N (deviation %.4f), z %.3f N (deviation %.4f)\n", Of(x).mean, Of(x).deviation,
               Of(z).mean, Of(z).deviation);
-  EXPECT_NEAR(Of(x).mean, -2500.0 * 0.005, 2500.0 * 2.0 * kVoxel_m);
-  EXPECT_NEAR(Of(z).mean, 2500.0 * 0.005, 2500.0 * 2.0 * kVoxel_m);
+  EXPECT_NEAR(Of(x).mean, -2500.0 * 0.005, 2500.0 * 2.0 * kPlateVoxel_m);
+  EXPECT_NEAR(Of(z).mean, 2500.0 * 0.005, 2500.0 * 2.0 * kPlateVoxel_m);
   EXPECT_LT(Of(x).deviation, 0.02 * 12.5);
   EXPECT_LT(Of(z).deviation, 0.02 * 12.5);
 }
 
 // A ball on a plate of 0.5 mm voxels, alone and with a block of 6 mm voxels 2 m away.
 TEST(HandOnVoxmap, AFarCoarsePartChangesNoBit) {
-  const auto plate = Cooked(MakeBox({0.1, 0.1, 0.02}), kVoxel_m, 0);
+  const auto plate = Cooked(MakeBox({0.1, 0.1, 0.02}), kPlateVoxel_m, 0);
   const auto ball = Cooked(MakeSphere(0.01, 48), 0, 4096);
   Hand alone(plate, ball, At(0, 0, 0.03));
   Hand beside(plate, ball, At(0, 0, 0.03));

@@ -6,14 +6,11 @@
 
 #include "vps/oracle/closed_form.hpp"
 #include "vps/oracle/exact_distance.hpp"
+#include "vps/testing/pose_at.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps::oracle {
 namespace {
-
-core::Pose At(double x, double y, double z, const glm::dvec3& turn = glm::dvec3(0.0)) {
-  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
-}
 
 struct Uniform {
   std::mt19937_64 random{11};

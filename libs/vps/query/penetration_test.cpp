@@ -3,35 +3,18 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/oracle/exact_distance.hpp"
 #include "vps/pointshell/pointshell.hpp"
 #include "vps/testing/brute_force.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 #include "vps/voxmap/distance_transform.hpp"
 
 namespace vps {
 namespace {
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double operator()() { return static_cast<double>(engine_() >> 11) * 0x1p-52 - 1.0; }  // [-1, 1)
-  glm::dvec3 Vector() { return {(*this)(), (*this)(), (*this)()}; }
-  glm::dvec3 Direction() {
-    for (;;) {
-      const glm::dvec3 v = Vector();
-      const double length = glm::length(v);
-      if (length > 0.1 && length < 1.0) return v / length;
-    }
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 struct ErrorStatistics {
   double mean_voxels = 0.0;
@@ -46,11 +29,11 @@ ErrorStatistics CompareWithOracle(const TriangleMesh& mesh, double voxel_size_m,
   const Voxmap field = *BuildVoxmap(mesh, voxel_size_m);
   const oracle::ExactDistance exact(mesh);
   const auto shell = *BuildPointshell(mesh, 500);
-  Random random(23);
+  CaseRandom random(23);
   ErrorStatistics errors;
   while (errors.count < count) {
-    const std::size_t i = static_cast<std::size_t>((random() + 1.0) * 0.5 * 500.0);
-    const glm::dvec3 p = shell.points_m[i] + band_voxels * voxel_size_m * random.Vector();
+    const std::size_t i = static_cast<std::size_t>((random.Signed() + 1.0) * 0.5 * 500.0);
+    const glm::dvec3 p = shell.points_m[i] + band_voxels * voxel_size_m * random.InCube();
     const double d = exact.SignedDistance(p);
     if (std::abs(d) > band_voxels * voxel_size_m) continue;
     const double h = 1e-3 * voxel_size_m;
@@ -121,13 +104,13 @@ TEST(Voxmap, PenetrationFollowsTheExactDistanceOfSceneParts) {
 TEST(Voxmap, IsExactOnAPlaneThroughVoxelCentres) {
   // A box with its faces on voxel centres: V is the depth to rounding, at any place in the voxel.
   const Voxmap field = *BuildVoxmap(MakeBox({0.04, 0.04, 0.02}), 0.001);
-  Random random(3);
+  CaseRandom random(3);
   for (int i = 0; i < 1000; ++i) {
-    const double depth = 0.004 * random();
+    const double depth = 0.004 * random.Signed();
     PointTree point;
     point.num_points = 1;
-    point.x = {static_cast<float>(0.01 * random())};
-    point.y = {static_cast<float>(0.01 * random())};
+    point.x = {static_cast<float>(0.01 * random.Signed())};
+    point.y = {static_cast<float>(0.01 * random.Signed())};
     point.z = {static_cast<float>(0.01 - depth)};
     point.nx = {0.0f};
     point.ny = {0.0f};
@@ -142,11 +125,11 @@ TEST(Voxmap, SignIsThatOfTheWindingNumberBeyondTheSurfaceVoxels) {
   const TriangleMesh mesh = MakeTorus(0.05, 0.02, 48, 24);
   const Voxmap field = *BuildVoxmap(mesh, 0.002);
   const oracle::ExactDistance exact(mesh);
-  Random random(9);
+  CaseRandom random(9);
   for (int i = 0; i < 2000; ++i) {
-    const auto x = static_cast<int>((random() + 1.0) * 0.5 * field.nx);
-    const auto y = static_cast<int>((random() + 1.0) * 0.5 * field.ny);
-    const auto z = static_cast<int>((random() + 1.0) * 0.5 * field.nz);
+    const auto x = static_cast<int>((random.Signed() + 1.0) * 0.5 * field.nx);
+    const auto y = static_cast<int>((random.Signed() + 1.0) * 0.5 * field.ny);
+    const auto z = static_cast<int>((random.Signed() + 1.0) * 0.5 * field.nz);
     const int layer{field.at(x, y, z)};
     const glm::dvec3 centre = field.origin_m + field.voxel_size_m * (glm::dvec3(x, y, z) + 0.5);
     if (layer == 0) {
@@ -212,9 +195,10 @@ TEST(Voxmap, RefusesWhatCannotBeBuilt) {
 
 TEST(SquaredDistances, EqualBruteForceOnRandomSeeds) {
   const int nx = 23, ny = 31, nz = 17;
-  Random random(1);
+  CaseRandom random(1);
   std::vector<std::uint8_t> state(nx * ny * nz, 0);
-  for (int i = 0; i < 12; ++i) state[static_cast<std::size_t>((random() + 1.0) * 0.5 * double(state.size()))] = 1;
+  for (int i = 0; i < 12; ++i)
+    state[static_cast<std::size_t>((random.Signed() + 1.0) * 0.5 * double(state.size()))] = 1;
   const auto squared = SquaredDistances(state, 1, nx, ny, nz, [](double) {});
   for (int z = 0; z < nz; ++z) {
     for (int y = 0; y < ny; ++y) {

@@ -2,25 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "vps/testing/brute_force.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 #include "vps/tree/build_tree.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 
 namespace vps {
 namespace {
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double operator()() { return static_cast<double>(engine_() >> 11) * 0x1p-52 - 1.0; }  // [-1, 1)
-  glm::dvec3 Vector() { return {(*this)(), (*this)(), (*this)()}; }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 struct TestPair {
   Voxmap field;
@@ -44,12 +33,12 @@ TEST(QueryTree, FindsTheBruteForcePointsFor1000RandomPoses) {
   const TestPair torus{*BuildVoxmap(MakeTorus(0.1, 0.04, 96, 48), 0.002),
                        BuildTree(*BuildPointshell(MakeTorus(0.05, 0.02, 96, 48), 8000))};
   QueryScratch scratch(torus.points);
-  Random random(7);
+  CaseRandom random(7);
   int num_touching = 0;
   for (int i = 0; i < 1000; ++i) {
     core::Pose X_GS;
-    X_GS.rotation = core::QuaternionFromRotationVector(3.0 * random.Vector());
-    X_GS.translation = 0.16 * random.Vector();
+    X_GS.rotation = core::QuaternionFromRotationVector(3.0 * random.InCube());
+    X_GS.translation = 0.16 * random.InCube();
     ExpectSameAsBruteForce(torus, X_GS, i % 2 == 0 ? 0.0 : 0.005, &scratch);
     if (HasFatalFailure()) return;
     num_touching += QueryTree(torus.points, torus.field, X_GS, 0.0, &scratch).num_colliding > 0 ? 1 : 0;
@@ -62,11 +51,11 @@ TEST(QueryTree, FindsTheBruteForcePointsInConformingContact) {
   const TestPair peg{*BuildVoxmap(MakeBlockWithHole(0.05, 0.05, 0.01025, 64), 0.0005),
                      BuildTree(*BuildPointshell(MakeCylinder(0.01, 0.06, 64), 8000))};
   QueryScratch scratch(peg.points);
-  Random random(11);
+  CaseRandom random(11);
   for (int i = 0; i < 300; ++i) {
     core::Pose X_GS;
-    X_GS.rotation = core::QuaternionFromRotationVector(0.02 * random.Vector());
-    X_GS.translation = glm::dvec3(5e-4, 5e-4, 0.03) * random.Vector();
+    X_GS.rotation = core::QuaternionFromRotationVector(0.02 * random.InCube());
+    X_GS.translation = glm::dvec3(5e-4, 5e-4, 0.03) * random.InCube();
     ExpectSameAsBruteForce(peg, X_GS, 1e-3 * (i % 3), &scratch);
     if (HasFatalFailure()) return;
   }
@@ -92,18 +81,18 @@ TEST(QueryTree, FreeDistanceIsNeverTooLong) {
   const TestPair s{*BuildVoxmap(MakeTorus(0.1, 0.04, 96, 48), 0.002),
                    BuildTree(*BuildPointshell(MakeBox({0.05, 0.03, 0.02}), 3000))};
   QueryScratch scratch(s.points);
-  Random random(3);
+  CaseRandom random(3);
   int num_checked = 0;
   for (int i = 0; i < 2000; ++i) {
     core::Pose X_GS;
-    X_GS.rotation = core::QuaternionFromRotationVector(3.0 * random.Vector());
-    X_GS.translation = 0.2 * random.Vector();
+    X_GS.rotation = core::QuaternionFromRotationVector(3.0 * random.InCube());
+    X_GS.translation = 0.2 * random.InCube();
     const QueryResult r = QueryTree(s.points, s.field, X_GS, 0.001, &scratch);
     if (r.free_distance_m <= 0.0) continue;
     ++num_checked;
     for (int k = 0; k < 10; ++k) {
       core::Pose moved = X_GS;
-      moved.translation += 0.999 * r.free_distance_m * glm::normalize(random.Vector());
+      moved.translation += 0.999 * r.free_distance_m * glm::normalize(random.InCube());
       ASSERT_EQ(QueryTree(s.points, s.field, moved, 0.001, &scratch).num_hits, 0U);
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <random>
@@ -16,6 +17,10 @@ class CaseRandom {
   double Uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
   }
+  double Unit() { return Uniform(0.0, 1.0); }     // [0, 1)
+  double Signed() { return Uniform(-1.0, 1.0); }  // [-1, 1)
+  glm::dvec3 InCube() { return {Signed(), Signed(), Signed()}; }
+  std::size_t Below(std::size_t n) { return static_cast<std::size_t>(engine_() % n); }
   glm::dvec3 Direction() {
     while (true) {
       const glm::dvec3 v(Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1));

@@ -115,4 +115,11 @@ TriangleMesh MakeBlockWithHole(double size_m, double height_m, double hole_radiu
   return mesh;
 }
 
+TriangleMesh Joined(TriangleMesh mesh, const TriangleMesh& other, const glm::dvec3& shift_m) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const glm::dvec3& v : other.vertices) mesh.vertices.push_back(v + shift_m);
+  for (const auto& t : other.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  return mesh;
+}
+
 }  // namespace vps

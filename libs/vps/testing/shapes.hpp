@@ -13,4 +13,7 @@ TriangleMesh MakeCylinder(double radius_m, double length_m, int num_segments);  
 // A block of size x size x height with a round hole along z: a socket for a peg.
 TriangleMesh MakeBlockWithHole(double size_m, double height_m, double hole_radius_m, int num_segments);
 
+// Both in one mesh, `other` moved by shift_m.
+TriangleMesh Joined(TriangleMesh mesh, const TriangleMesh& other, const glm::dvec3& shift_m = glm::dvec3(0.0));
+
 }  // namespace vps

@@ -8,15 +8,12 @@
 
 #include "vps/field/build_field.hpp"
 #include "vps/oracle/exact_distance.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/flat_walk.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {
-
-double Signed(std::mt19937_64& random) {
-  return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;
-}
 
 SampleTree Samples(const TriangleMesh& mesh, std::uint32_t count) {
   return BuildSampleTree(*SampleSurface(mesh, count));
@@ -24,35 +21,34 @@ SampleTree Samples(const TriangleMesh& mesh, std::uint32_t count) {
 
 constexpr InstructionSet kSets[] = {InstructionSet::kPortable, InstructionSet::kAvx2, InstructionSet::kAvx512};
 
-struct Pair {
+struct WalkedPair {
   DistanceField field;
   SampleTree points;
   double spread_m, angle;
 };
-const Pair& PegInHole() {
-  static const Pair pair{*BuildField(MakeBlockWithHole(0.04, 0.03, 0.0105, 64), 0.0005),
-                         Samples(MakeCylinder(0.01, 0.04, 64), 5000), 0.0008, 0.02};
+const WalkedPair& PegInHole() {
+  static const WalkedPair pair{*BuildField(MakeBlockWithHole(0.04, 0.03, 0.0105, 64), 0.0005),
+                               Samples(MakeCylinder(0.01, 0.04, 64), 5000), 0.0008, 0.02};
   return pair;
 }
-const Pair& Tori() {
-  static const Pair pair{*BuildField(MakeTorus(0.05, 0.02, 48, 24), 0.001),
-                         Samples(MakeTorus(0.05, 0.02, 48, 24), 5000), 0.09, 3.0};
+const WalkedPair& Tori() {
+  static const WalkedPair pair{*BuildField(MakeTorus(0.05, 0.02, 48, 24), 0.001),
+                               Samples(MakeTorus(0.05, 0.02, 48, 24), 5000), 0.09, 3.0};
   return pair;
 }
 
-void ForPoses(const Pair& pair, int count, const std::function<void(const core::Pose&)>& visit) {
-  std::mt19937_64 random(11);
+void ForPoses(const WalkedPair& pair, int count, const std::function<void(const core::Pose&)>& visit) {
+  CaseRandom random(11);
   for (int i = 0; i < count; ++i) {
     core::Pose X_GS;
-    X_GS.translation = pair.spread_m * glm::dvec3(Signed(random), Signed(random), Signed(random));
-    X_GS.rotation =
-        core::QuaternionFromRotationVector(pair.angle * glm::dvec3(Signed(random), Signed(random), Signed(random)));
+    X_GS.translation = pair.spread_m * random.InCube();
+    X_GS.rotation = core::QuaternionFromRotationVector(pair.angle * random.InCube());
     visit(X_GS);
   }
 }
 
 // Sums equal within 1e-5, and the same points but for those whose depth is within a rounding of the limit.
-void ExpectSame(const FieldWalkResult& a, const FieldWalkResult& b, const Pair& pair) {
+void ExpectSame(const FieldWalkResult& a, const FieldWalkResult& b, const WalkedPair& pair) {
   const double s = pair.field.voxel_size_m;
   // A point that a rounding puts into the next cell: planes of neighbours and creases differ by so much of a voxel.
   const double one_point = 0.06 * s * pair.points.area_m2 / pair.points.num_points;
@@ -83,7 +79,7 @@ void ExpectSameBits(const FieldWalkResult& a, const FieldWalkResult& b) {
 
 TEST(FieldWalk, FindsWhatTestingEveryPointFinds) {
   int num_touching = 0;
-  for (const Pair* pair : {&PegInHole(), &Tori()}) {
+  for (const WalkedPair* pair : {&PegInHole(), &Tori()}) {
     for (const double margin_m : {0.0, 0.002}) {
       ForPoses(*pair, 150, [&](const core::Pose& X_GS) {
         const FieldWalkResult flat = WalkFieldFlat(pair->points, pair->field, X_GS, margin_m);
@@ -102,7 +98,7 @@ TEST(FieldWalk, FindsWhatTestingEveryPointFinds) {
 
 TEST(FieldWalk, EveryInstructionSetGivesTheSameBits) {
   if (!IsAvailable(InstructionSet::kAvx2)) GTEST_SKIP() << "this processor has no AVX2";
-  for (const Pair* pair : {&PegInHole(), &Tori()}) {
+  for (const WalkedPair* pair : {&PegInHole(), &Tori()}) {
     FieldWalkScratch scratch(pair->points);
     ForPoses(*pair, 100, [&](const core::Pose& X_GS) {
       const FieldWalkResult wide = WalkField(pair->points, pair->field, X_GS, 0.001, &scratch);
@@ -154,16 +150,15 @@ TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
   };
   for (const Case& c : cases) {
     FieldWalkScratch scratch(c.points);
-    std::mt19937_64 random(21);
+    CaseRandom random(21);
     int num_cut = 0;
     int num_others = 0;
     double shallower = 0.0;  // voxels
     double missing[7] = {};
     for (int i = 0; i < 60; ++i) {
       core::Pose X_GS;
-      X_GS.translation = c.spread_m * glm::dvec3(Signed(random), Signed(random), Signed(random));
-      X_GS.rotation =
-          core::QuaternionFromRotationVector(c.angle * glm::dvec3(Signed(random), Signed(random), Signed(random)));
+      X_GS.translation = c.spread_m * random.InCube();
+      X_GS.rotation = core::QuaternionFromRotationVector(c.angle * random.InCube());
       scratch.most_points = 0;
       const FieldWalkResult whole = WalkField(c.points, c.field, X_GS, c.margin_m, &scratch);
       ASSERT_FALSE(whole.is_cut_short);
@@ -197,9 +192,9 @@ TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
 
 // S may move by the free distance in any direction without a point coming within the margin.
 TEST(FieldWalk, FreeDistanceIsFree) {
-  const Pair& pair = Tori();
+  const WalkedPair& pair = Tori();
   FieldWalkScratch scratch(pair.points);
-  std::mt19937_64 random(4);
+  CaseRandom random(4);
   int num_apart = 0;
   ForPoses(pair, 300, [&](const core::Pose& X) {
     core::Pose X_GS = X;
@@ -209,8 +204,7 @@ TEST(FieldWalk, FreeDistanceIsFree) {
     ++num_apart;
     for (int i = 0; i < 5; ++i) {
       core::Pose moved = X_GS;
-      moved.translation +=
-          0.9999 * result.free_distance_m * glm::normalize(glm::dvec3(Signed(random), Signed(random), Signed(random)));
+      moved.translation += 0.9999 * result.free_distance_m * glm::normalize(random.InCube());
       ASSERT_EQ(WalkFieldFlat(pair.points, pair.field, moved, 0.002).num_near, 0U);
     }
   });

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "vps/field/build_field.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/flat_walk.hpp"
 #include "vps/testing/shapes.hpp"
 #include "vps/walk/field_walk.hpp"
@@ -13,45 +13,38 @@
 namespace vps {
 namespace {
 
-double Signed(std::mt19937_64& random) {
-  return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;
-}
-glm::dvec3 Vector(std::mt19937_64& random) {
-  return {Signed(random), Signed(random), Signed(random)};
-}
-
 struct Couple {
   DistanceField field;
   SampleTree points;
   core::Pose start;  // touching a little
 };
-const Couple& Tori() {
+const Couple& CoupleOfTori() {
   static const Couple couple{*BuildField(MakeTorus(0.05, 0.02, 48, 24), 0.001),
                              BuildSampleTree(*SampleSurface(MakeTorus(0.05, 0.02, 48, 24), 20000)),
                              {{1.0, 0.0, 0.0, 0.0}, {0.1395, 0.0, 0.0}}};
   return couple;
 }
 
-core::Pose Moved(const core::Pose& X, const glm::dvec3& shift_m, const glm::dvec3& turn) {
+core::Pose MovedBy(const core::Pose& X, const glm::dvec3& shift_m, const glm::dvec3& turn) {
   return {glm::normalize(core::QuaternionFromRotationVector(turn) * X.rotation), X.translation + shift_m};
 }
 
 TEST(WalkMemory, FreeDistanceIsFree) {
-  const Couple& couple = Tori();
+  const Couple& couple = CoupleOfTori();
   FieldWalkMemory memory;
   FieldWalkScratch scratch(couple.points);
   scratch.memory = &memory;
-  std::mt19937_64 random(5);
-  core::Pose X = Moved(couple.start, {0.012, 0.0, 0.0}, {});
+  CaseRandom random(5);
+  core::Pose X = MovedBy(couple.start, {0.012, 0.0, 0.0}, {});
   int num_free = 0;
   for (int i = 0; i < 2000; ++i) {
-    X = Moved(X, glm::dvec3(-4e-6, 0.0, 0.0) + 4e-5 * Vector(random), 4e-4 * Vector(random));
+    X = MovedBy(X, glm::dvec3(-4e-6, 0.0, 0.0) + 4e-5 * random.InCube(), 4e-4 * random.InCube());
     const FieldWalkResult result = WalkField(couple.points, couple.field, X, 0.001, &scratch);
     if (result.num_near > 0) break;
     if (!(result.free_distance_m > 0.0)) continue;
     ++num_free;
     if (i % 20 != 0) continue;
-    const core::Pose moved = Moved(X, 0.9999 * result.free_distance_m * glm::normalize(Vector(random)), {});
+    const core::Pose moved = MovedBy(X, 0.9999 * result.free_distance_m * glm::normalize(random.InCube()), {});
     ASSERT_EQ(WalkFieldFlat(couple.points, couple.field, moved, 0.001).num_near, 0U);
   }
   EXPECT_GT(num_free, 500);
@@ -71,7 +64,7 @@ double DistanceOfPoints_m(const SampleTree& points, const core::Pose& X_GS) {
 // Two rings 20 to 60 mm apart that drift and turn by half a millimetre a cycle.
 TEST(WalkMemory, AFarPairIsSeldomWalkedAndNeverTooLate) {
   constexpr double kSag_m = 4e-4;  // of the mesh below the torus
-  const Couple& couple = Tori();
+  const Couple& couple = CoupleOfTori();
   FieldWalkMemory memory;
   FieldWalkScratch scratch(couple.points);
   scratch.memory = &memory;
@@ -94,16 +87,16 @@ TEST(WalkMemory, AFarPairIsSeldomWalkedAndNeverTooLate) {
 }
 
 TEST(WalkMemory, NoPointMovesFartherThanTheMotionBound) {
-  std::mt19937_64 random(6);
+  CaseRandom random(6);
   double tightest = 1e30;
   for (int i = 0; i < 2000; ++i) {
     const double size = std::pow(10.0, -5.0 + (i % 6));
-    const core::Pose before = Moved({}, Vector(random), 3.0 * Vector(random));
-    const core::Pose now = Moved(before, size * (i % 3 == 0 ? 0.0 : 1.0) * Vector(random), size * Vector(random));
-    const glm::dvec3 centre = 0.2 * Vector(random);
+    const core::Pose before = MovedBy({}, random.InCube(), 3.0 * random.InCube());
+    const core::Pose now = MovedBy(before, size * (i % 3 == 0 ? 0.0 : 1.0) * random.InCube(), size * random.InCube());
+    const glm::dvec3 centre = 0.2 * random.InCube();
     const double bound = MotionBound(before, before * centre, now, centre, 0.1);
     for (int k = 0; k < 20; ++k) {
-      const glm::dvec3 p = centre + 0.1 * glm::normalize(Vector(random));
+      const glm::dvec3 p = centre + 0.1 * glm::normalize(random.InCube());
       const double moved = glm::length(now * p - before * p);
       ASSERT_LE(moved, bound * (1.0 + 1e-12) + 1e-15);
       tightest = std::min(tightest, bound / moved);
