@@ -12,7 +12,7 @@
 namespace contact {
 
 std::vector<core::Pose> Approach(const Parts& parts, double least_depth_m, double greatest_depth_m, int count,
-                                 Random* random) {
+                                 vps::CaseRandom* random) {
   const vps::oracle::MeshDistance A(parts.A);
   const vps::oracle::MeshDistance B(parts.B);
   const vps::Box box_A = vps::BoundingBox(parts.A);
@@ -28,7 +28,7 @@ std::vector<core::Pose> Approach(const Parts& parts, double least_depth_m, doubl
 
 std::vector<std::vector<core::Pose>> WanderInBand(const Parts& parts, const std::vector<core::Pose>& starts,
                                                   double step_m, double least_depth_m, double greatest_depth_m,
-                                                  int steps, Random* random) {
+                                                  int steps, vps::CaseRandom* random) {
   const vps::Box box_A = vps::BoundingBox(parts.A);
   const glm::dvec3 size = box_A.upper - box_A.lower;
   const auto layers = vps::BuildVoxmap(parts.A, std::max({size.x, size.y, size.z}) / 200.0);

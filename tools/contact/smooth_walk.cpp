@@ -5,7 +5,8 @@
 namespace contact {
 
 std::vector<Coordinates> SmoothWalk(const Coordinates& start, const Coordinates& mean_step, int count,
-                                    const std::function<bool(const Coordinates&)>& is_allowed, Random* random) {
+                                    const std::function<bool(const Coordinates&)>& is_allowed,
+                                    vps::CaseRandom* random) {
   // v' = a v + sqrt(1 - a^2) s x, x normal of variance 1: v keeps the variance s^2, and its correlation after n steps
   // is a^n. The mean of |v| is s sqrt(2 / pi), which sets s.
   constexpr double kKeep = 0.95;  // a; halves in ln 0.5 / ln 0.95 = 13.5 steps; not derived

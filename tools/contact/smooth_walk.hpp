@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "tools/contact/random.hpp"
+#include "vps/testing/case_random.hpp"
 
 namespace contact {
 
@@ -16,6 +16,6 @@ using Coordinates = std::array<double, 6>;
 // of a step of each coordinate. Where `is_allowed` refuses a step, the velocity is reversed. The path is shorter than
 // `count` when 200 steps in a row are refused.
 std::vector<Coordinates> SmoothWalk(const Coordinates& start, const Coordinates& mean_step, int count,
-                                    const std::function<bool(const Coordinates&)>& is_allowed, Random* random);
+                                    const std::function<bool(const Coordinates&)>& is_allowed, vps::CaseRandom* random);
 
 }  // namespace contact

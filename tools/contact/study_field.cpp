@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "bus/rt/worker_pool.hpp"
-#include "tools/contact/random.hpp"
 #include "tools/contact/studies.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/case_random.hpp"
 
 namespace contact {
 namespace {
@@ -43,7 +43,7 @@ struct Comparison {
 // Mean (as p50), 95th percentile and maximum of |depth + exact signed distance| / s, at points of A's surface moved by
 // up to 1.5 voxels in random directions.
 Errors DepthErrors(const Comparison& c, double voxel_size_m) {
-  Random random(7);
+  vps::CaseRandom random(7);
   const vps::SurfaceSamples samples = EvenSamples(c.parts->A, kPoints);
   std::vector<double> errors;
   double sum = 0.0;

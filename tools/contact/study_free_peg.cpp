@@ -4,9 +4,9 @@
 
 #include "bus/rt/worker_pool.hpp"
 #include "tools/contact/methods/setup.hpp"
-#include "tools/contact/random.hpp"
 #include "tools/contact/studies.hpp"
 #include "vps/oracle/body_distance.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace contact {
@@ -48,7 +48,7 @@ bool IsFree(const PegAndHole& peg, const core::Pose& X_AB) {
 // tenth of a second.
 std::vector<core::Pose> FreePoses(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const PegAndHole& peg) {
   constexpr std::size_t kChecked = 50;
-  Random random(7);
+  vps::CaseRandom random(7);
   const vps::oracle::MeshDistance exact_A(A);
   const vps::oracle::MeshDistance exact_B(B);
   std::vector<core::Pose> poses;

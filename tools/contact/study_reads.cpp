@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "core/clock.hpp"
-#include "tools/contact/random.hpp"
 #include "tools/contact/studies.hpp"
+#include "vps/testing/case_random.hpp"
 
 namespace contact {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kReads = 1 << 18;  // 1 MB of indices; not derived
 
 // Median time of one of kReads independent reads of 4 bytes at random places of a table.
-double ReadTime_ns(std::size_t bytes, Random* random) {
+double ReadTime_ns(std::size_t bytes, vps::CaseRandom* random) {
   const std::size_t count = bytes / 4;
   const std::size_t rounded = (bytes + (2U << 20) - 1) & ~std::size_t{(2U << 20) - 1};
   void* const memory = mmap(nullptr, rounded, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -42,7 +42,7 @@ double ReadTime_ns(std::size_t bytes, Random* random) {
 
 void StudyReads(Report* report) {
   const OneCore pinned;
-  Random random(1);
+  vps::CaseRandom random(1);
   Table table{"random_reads", {"table_bytes", "ns_per_read"}, {}};
   Panel panel;
   panel.title = "One random read of 4 bytes";

@@ -6,8 +6,8 @@
 
 #include "bus/rt/worker_pool.hpp"
 #include "tools/contact/accuracy_race.hpp"
-#include "tools/contact/random.hpp"
 #include "tools/contact/studies.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/wrench_cases.hpp"
 
 namespace contact {
@@ -37,7 +37,7 @@ struct Pair {
 // Poses X_AB, `kStep_m` from one to the next, from kTrend before the start on: of B's middle, or of the place of B that
 // is farthest from the axis.
 std::vector<core::Pose> Motion(const std::string& motion, const core::Pose& start, const glm::dvec3& from_A,
-                               const vps::TriangleMesh& B, Random* random) {
+                               const vps::TriangleMesh& B, vps::CaseRandom* random) {
   const vps::Box box = vps::BoundingBox(B);
   const glm::dvec3 middle = 0.5 * (box.lower + box.upper);
   glm::dvec3 along = -from_A;
@@ -121,7 +121,7 @@ PairSteps Measure(const Pair& pair) {
   const auto A = structures.Get({false, vps::Method::kFast, pair.parts.voxel_size_m, 0});
   const auto B = structures.Get({true, vps::Method::kFast, 0.0, pair.num_points});
   if (!A || !B) return all;
-  Random random(11);
+  vps::CaseRandom random(11);
   for (const core::Pose& start : pair.starts) {
     const glm::dvec3 force = MakeFastMethod(*A, *B)->Query(start).force_A;
     if (!(glm::length(force) > 0.0)) continue;

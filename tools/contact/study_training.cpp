@@ -3,9 +3,9 @@
 #include <cstdio>
 
 #include "tools/contact/accuracy_race.hpp"
-#include "tools/contact/random.hpp"
 #include "tools/contact/studies.hpp"
 #include "tools/contact/training_poses.hpp"
+#include "vps/testing/case_random.hpp"
 
 namespace contact {
 namespace {
@@ -33,7 +33,7 @@ Resolution CoarseResolution(const vps::TriangleMesh& A, const vps::TriangleMesh&
 
 // Straight to the pose, turning a little, the same at every call.
 std::vector<core::Pose> WayTo(const core::Pose& X_AB, int queries, std::uint64_t seed) {
-  Random random(seed);
+  vps::CaseRandom random(seed);
   const glm::dvec3 direction = random.Direction();
   const glm::dvec3 axis = random.Direction();
   std::vector<core::Pose> poses;

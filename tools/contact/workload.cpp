@@ -59,7 +59,7 @@ vps::TriangleMesh Closed(vps::TriangleMesh mesh) {
 // Workload of independent poses by Approach and of walks by WanderInBand that start there, `slack_m` beyond the band.
 Workload FreeWorkload(const Parts& parts, std::string name, std::string description, Fit fit, double step_m,
                       double least_m, double greatest_m, double slack_m) {
-  Random random(kSeed);
+  vps::CaseRandom random(kSeed);
   Workload w{std::move(name), std::move(description), fit, {}, {}};
   w.independent = Approach(parts, least_m, greatest_m, kIndependent, &random);
   const std::vector<core::Pose> starts(w.independent.begin(), w.independent.begin() + kWalks);
@@ -72,7 +72,7 @@ Workload FreeWorkload(const Parts& parts, std::string name, std::string descript
 Workload FittedWorkload(std::string name, std::string description, Fit fit, const Coordinates& bound,
                         const Coordinates& mean_step, const std::function<bool(const Coordinates&)>& is_allowed,
                         const std::function<core::Pose(const Coordinates&)>& pose_of) {
-  Random random(kSeed);
+  vps::CaseRandom random(kSeed);
   Workload w{std::move(name), std::move(description), fit, {}, {}};
   const auto is_within = [&](const Coordinates& c) {
     for (std::size_t k = 0; k < c.size(); ++k) {

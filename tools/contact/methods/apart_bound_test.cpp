@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "tools/contact/methods/method.hpp"
-#include "tools/contact/random.hpp"
 #include "vps/oracle/body_distance.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace contact {
@@ -16,7 +16,7 @@ TEST(ApartBound, IsNeverAboveTheTrueDistanceAndCloseToIt) {
   const vps::TriangleMesh box = vps::MakeBox({0.03, 0.02, 0.04});
   const vps::TriangleMesh hole = vps::MakeBlockWithHole(0.06, 0.04, 0.01, 24);
   const vps::TriangleMesh peg = vps::MakeCylinder(8e-3, 0.06, 200);  // of thin triangles
-  Random random(3);
+  vps::CaseRandom random(3);
   for (const auto& [A, B] : {std::pair{&torus, &box}, {&box, &torus}, {&hole, &box}, {&hole, &torus}, {&peg, &hole}}) {
     ApartBound bound(*A, *B);
     const vps::oracle::MeshDistance exact_A(*A);
