@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
+
 #include "tools/failures/bench.hpp"
 #include "tools/failures/studies/studies.hpp"
 #include "tools/failures/testing/documented_rows.hpp"
@@ -27,6 +29,18 @@ TEST(FailureTests, RefuseAnUnknownStudyAndNameTheKnownOnes) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(BenchMain({{}, {}, "rest,colour"}, {}), 2);
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no 'colour' to measure; known: thin"));
+}
+
+TEST(FailureTests, SayAtOnceThatThereAreNoScenesHere) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  const auto empty = std::filesystem::path(testing::TempDir()) / ("no_scenes_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(empty);
+  std::filesystem::current_path(empty);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(BenchMain({{}, {}, "energy"}, {}), 2);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no folder scenarios in " + empty.string()));
+  std::filesystem::current_path(before);
+  std::filesystem::remove(empty);
 }
 
 TEST(FailureTests, TheHandFeelsTheFrictionOfTheCone) {
