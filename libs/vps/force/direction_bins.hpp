@@ -10,10 +10,10 @@ namespace vps {
 // Directions in G sorted into 26 bins: faces, edges and corners of a cube.
 constexpr std::size_t kNumDirectionBins = 27;  // 3 x 3 x 3; the middle one stays empty
 
-// A component beyond sin(22.5 deg) counts as pointing that way, so bins are about 45 deg wide and the normals of a
-// box's face, of a chamfer and of a corner fall into the middle of one.
+// A component beyond sin(22.5 deg) = cos(67.5 deg) counts as pointing that way, so bins are about 45 deg wide and the
+// normals of a box's face, of a chamfer and of a corner fall into the middle of one.
+constexpr float kAcross = 0.3826834f;
 inline std::size_t DirectionBin(const glm::vec3& n) {
-  constexpr float kAcross = 0.3826834f;
   const auto third = [](float c) { return c > kAcross ? 2 : (c < -kAcross ? 0 : 1); };
   return static_cast<std::size_t>((third(n.x) * 3 + third(n.y)) * 3 + third(n.z));
 }

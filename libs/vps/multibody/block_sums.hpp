@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "vps/field/four_lanes.hpp"
+#include "vps/force/direction_bins.hpp"
 #include "vps/force/reduce_patches.hpp"
 #include "vps/sampling/point_block.hpp"
 
@@ -72,10 +74,34 @@ inline glm::vec3 PointOf(const PointBlock& block, std::uint32_t k) {
   return {block.x[k], block.y[k], block.z[k]};
 }
 
+inline glm::vec3 NormalOf(const PointBlock& block, std::uint32_t k) {
+  return {block.nx[k], block.ny[k], block.nz[k]};
+}
+
+// The depths of a block's points that face as n does, and of those that face elsewhere: more than 67.5 degrees off, so
+// that two faces at a right angle are apart. -infinity for the points that are of the other kind.
+struct FacingDepths {
+  FacingDepths(const PointBlock& block, const float* depths, const glm::vec3& n) {
+    constexpr F4 kNone = F4{} - std::numeric_limits<float>::infinity();
+    I4 any = {};
+    for (std::uint32_t k = 0; k < kBlock; k += 4) {
+      const F4 along = Load4(block.nx + k) * n.x + Load4(block.ny + k) * n.y + Load4(block.nz + k) * n.z;
+      const I4 is_elsewhere = along < kAcross;
+      const F4 d = Load4(depths + k);
+      Store4(is_elsewhere ? kNone : d, alike + k);
+      Store4(is_elsewhere ? d : kNone, elsewhere + k);
+      any |= is_elsewhere;
+    }
+    has_elsewhere = (any[0] | any[1] | any[2] | any[3]) != 0;
+  }
+  float alike[kBlock], elsewhere[kBlock];
+  bool has_elsewhere;
+};
+
 // Of one point of a block.
 inline void SetSums(const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
   const float volume = depth_m > 0.0f ? block.area_m2[k] * depth_m : 0.0f;
-  patch->force_m3 = volume * glm::vec3(block.nx[k], block.ny[k], block.nz[k]);
+  patch->force_m3 = volume * NormalOf(block, k);
   patch->moment_m4 = glm::cross(PointOf(block, k), patch->force_m3);
   patch->volume_m3 = volume;
   patch->square_m4 = volume * depth_m;

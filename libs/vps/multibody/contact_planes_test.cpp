@@ -6,6 +6,7 @@
 #include "vps/asset/cooked_object.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/testing/contact_cases.hpp"
+#include "vps/testing/part_shapes.hpp"
 
 namespace vps {
 namespace {
@@ -78,6 +79,28 @@ TEST(ContactPlanes, KeepTheWrenchWithinOnePercent) {
       EXPECT_LT(glm::length(planes.torque_Nm - result.F_So_W.torque_Nm), 0.01 * force * 0.25 * size_m) << c.name;
     }
     EXPECT_GE(num_touching, 5) << c.name;
+  }
+}
+
+// A tongue in a groove with play, pressed on one wall. Its samples of both faces are neighbours, and many: the planes
+// hold the other wall as well, or a blow would throw the tongue through it.
+TEST(ContactPlanes, GuardTheFaceThatLooksAway) {
+  constexpr double kPlay_m = 1e-4, kPressed_m = 1e-5, kThick_m = 1e-3;
+  for (const std::uint32_t num_points : {4096U, 16384U, 65536U}) {
+    PairWithPlanes engine(MakeTray({0.044, 0.004 + kThick_m + kPlay_m, 0.034}, 0.002),
+                          MakeBox({0.039, kThick_m, 0.028}), 2.5e-4, num_points);
+    for (const double side : {1.0, -1.0}) {
+      const core::Pose X_AB{{1, 0, 0, 0}, {0.0, side * (0.5 * kPlay_m + kPressed_m), 0.002}};
+      double most_depth_m = 0.0, least_gap_m = 1.0;
+      for (const core::ContactPlane& plane : engine.Query(X_AB).planes) {
+        const double gap_m = glm::dot(glm::dvec3(plane.n_G), X_AB * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G));
+        if (side * plane.n_G.y < -0.9) most_depth_m = std::max(most_depth_m, -gap_m);
+        if (side * plane.n_G.y > 0.9) least_gap_m = std::min(least_gap_m, gap_m);
+      }
+      EXPECT_GT(engine.scratch.found.num_near_blocks, kMaxNearPatches);
+      EXPECT_NEAR(most_depth_m, kPressed_m, 1e-6) << num_points;
+      EXPECT_NEAR(least_gap_m, kPlay_m + kPressed_m, 1e-6) << num_points;
+    }
   }
 }
 

@@ -26,6 +26,17 @@ void Scale(float factor, ContactPatch* patch) {
   patch->square_m4 *= factor;
 }
 
+// The deepest of the points of some blocks.
+struct DeepestPlace {
+  std::uint32_t block = 0;
+  std::uint32_t place = 0;
+  float depth = -std::numeric_limits<float>::infinity();  // voxels
+  void Consider(std::uint32_t of_block, const float* depths) {
+    const std::uint32_t k = FindDeepest(depths);
+    if (depths[k] > depth) *this = {of_block, k, depths[k]};
+  }
+};
+
 // Groups of near blocks have 2^shift neighbours of the tree each, the same ones at every pose. The least shift with at
 // most kMaxNearPatches groups.
 std::uint32_t ShiftOfGroups(const FieldWalkScratch& scratch, std::uint32_t num_near_blocks) {
@@ -45,6 +56,9 @@ std::uint32_t ShiftOfGroups(const FieldWalkScratch& scratch, std::uint32_t num_n
 // Patches of the samples that a walk found near, with `share` of their load, from patches[count] on: all of it, so that
 // they add up to what the walk found. Returns the new count. Without a contact none is inside.
 //
+// A group makes one patch of the samples that face as its deepest does, and one of the others: where one flank of a
+// thread is pressed, the other's gap is what keeps a blow from going through it.
+//
 // A gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
 std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
                              const FieldWalkResult& walk, double look_ahead_m, const TouchIntegral& touch,
@@ -52,48 +66,47 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
   const FieldTransform T(X_GS, parts.field);
   const auto voxel_m = static_cast<float>(parts.field.voxel_size_m);
   const auto share = static_cast<float>(touch.share_of_samples);
-  // `place`: of the block where the patch's depth is.
-  const auto finish = [&](const PointBlock& block, std::uint32_t place, float depth_m, ContactPatch* patch) {
-    patch->p_S = PointOf(block, place);
-    patch->n_G = SampleField(parts.field, T.ToVoxels(patch->p_S)).gradient;
-    patch->penetration_m = touch.is_contact() ? depth_m : std::min(depth_m, 0.0f);
-    Scale(share, patch);
+  const auto least_m = static_cast<float>(-look_ahead_m);
+  // `deepest`: where the patch's depth is.
+  const auto add = [&](const DeepestPlace& deepest, const auto& put_load) {
+    ContactPatch& patch = patches[count++];
+    patch = {};
+    if (touch.is_contact()) put_load(&patch);
+    patch.p_S = PointOf(parts.samples.points[deepest.block], deepest.place);
+    patch.n_G = SampleField(parts.field, T.ToVoxels(patch.p_S)).gradient;
+    patch.penetration_m = voxel_m * (touch.is_contact() ? deepest.depth : std::min(deepest.depth, 0.0f));
+    Scale(share, &patch);
   };
   if (walk.num_near <= kMaxSinglePoints) {
-    const auto least_m = static_cast<float>(-look_ahead_m);
     for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
       const PointBlock& block = parts.samples.points[scratch.near_blocks[i]];
       for (std::uint32_t k = 0; k < kBlock; ++k) {
-        const float depth_m = scratch.depths(i)[k] * voxel_m;
-        if (depth_m < least_m) continue;
-        ContactPatch& patch = patches[count++];
-        patch = {};
-        if (touch.is_contact()) SetSums(block, k, depth_m, &patch);
-        finish(block, k, depth_m, &patch);
+        const float depth = scratch.depths(i)[k];
+        if (depth * voxel_m < least_m) continue;
+        add({scratch.near_blocks[i], k, depth}, [&](ContactPatch* p) { SetSums(block, k, depth * voxel_m, p); });
       }
     }
     return count;
   }
   const std::uint32_t shift = ShiftOfGroups(scratch, walk.num_near_blocks);
-  for (std::uint32_t i = 0; i < walk.num_near_blocks;) {
-    const std::uint32_t group = scratch.near_blocks[i] >> shift;
-    BlockSums sums;
-    std::uint32_t deepest_block = 0;
-    std::uint32_t deepest_place = 0;
-    float deepest = -std::numeric_limits<float>::infinity();
-    for (; i < walk.num_near_blocks && scratch.near_blocks[i] >> shift == group; ++i) {
-      const float* const depths = scratch.depths(i);
-      const std::uint32_t k = FindDeepest(depths);
-      if (depths[k] > 0.0f) sums.Add(parts.samples.points[scratch.near_blocks[i]], depths, voxel_m);
-      if (depths[k] <= deepest) continue;
-      deepest = depths[k];
-      deepest_block = scratch.near_blocks[i];
-      deepest_place = k;
+  for (std::uint32_t begin = 0, end = 0; begin < walk.num_near_blocks; begin = end) {
+    DeepestPlace deepest, elsewhere;
+    BlockSums sums, sums_elsewhere;
+    for (; end < walk.num_near_blocks && scratch.near_blocks[end] >> shift == scratch.near_blocks[begin] >> shift;
+         ++end)
+      deepest.Consider(scratch.near_blocks[end], scratch.depths(end));
+    const glm::vec3 n_S = NormalOf(parts.samples.points[deepest.block], deepest.place);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const PointBlock& block = parts.samples.points[scratch.near_blocks[i]];
+      const FacingDepths depths(block, scratch.depths(i), n_S);
+      sums.Add(block, depths.alike, voxel_m);
+      if (!depths.has_elsewhere) continue;
+      sums_elsewhere.Add(block, depths.elsewhere, voxel_m);
+      elsewhere.Consider(scratch.near_blocks[i], depths.elsewhere);
     }
-    ContactPatch& patch = patches[count++];
-    patch = {};
-    if (touch.is_contact()) sums.PutInto(&patch);
-    finish(parts.samples.points[deepest_block], deepest_place, deepest * voxel_m, &patch);
+    add(deepest, [&](ContactPatch* patch) { sums.PutInto(patch); });
+    if (elsewhere.depth * voxel_m < least_m) continue;
+    add(elsewhere, [&](ContactPatch* patch) { sums_elsewhere.PutInto(patch); });
   }
   return count;
 }
@@ -258,13 +271,14 @@ void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool i
 // added with those weights. Weights below 2 % are 0, so that planes come from one of the two where the other says next
 // to nothing.
 //
-// A contact whose integral V is not above its own error e is none, and V counts with 1 - (e / V)^2, the estimator of
-// James and Stein: nothing to speak of where e is a few percent; where no estimate is good, no force comes from what is
-// not known.
-TouchIntegral Combine(const SurfaceWalk::Result& surface, const FieldWalkResult& walk, double error_of_samples_m3,
-                      double sureness_of_samples) {
+// What the samples miss has one sign: max(d, 0) at a sample is at most its mean over the cell (Jensen), so V is at
+// least what they say, but for the field's error. What may be wrong either way is the doubt D, that and the surface's
+// error. Where V is not above D there is no contact, and V counts with 1 - (D / V)^2, the estimator of James and Stein:
+// nothing to speak of where D is a few percent; where no estimate is good, no force comes from what is not known.
+TouchIntegral Combine(const SurfaceWalk::Result& surface, const FieldWalkResult& walk,
+                      const SampleError& error_of_samples, double sureness_of_samples) {
   const double e = surface.error_m3 * surface.error_m3;
-  const double f = error_of_samples_m3 * error_of_samples_m3;
+  const double f = error_of_samples.sum_m3() * error_of_samples.sum_m3();
   constexpr double kLeastWeight = 0.02;
   const double by_errors = e > 0.0 ? e / (e + f) : 0.0;
   const double weight = by_errors + sureness_of_samples * (1.0 - by_errors);
@@ -272,11 +286,11 @@ TouchIntegral Combine(const SurfaceWalk::Result& surface, const FieldWalkResult&
   const auto mix = [share](const auto& a, const auto& b) { return (1.0 - share) * a + share * b; };
   TouchIntegral touch;
   touch.share_of_samples = share;
-  touch.error_m3 = mix(surface.error_m3, error_of_samples_m3);
+  touch.error_m3 = mix(surface.error_m3, error_of_samples.sum_m3());
   const double volume_m3 = mix(surface.volume_m3, walk.volume_m3);
-  if (!(volume_m3 > touch.error_m3)) return touch;
-  const double doubt = touch.error_m3 / volume_m3;
-  const double certain = 1.0 - doubt * doubt;
+  const double doubt_m3 = mix(surface.error_m3, error_of_samples.by_field_m3);
+  if (!(volume_m3 > doubt_m3)) return touch;
+  const double certain = 1.0 - (doubt_m3 / volume_m3) * (doubt_m3 / volume_m3);
   touch.volume_m3 = certain * volume_m3;
   touch.force_m3 = certain * mix(surface.force_m3, walk.force_m3);
   touch.moment_m4 = certain * mix(surface.moment_m4, walk.moment_m4);
@@ -367,7 +381,7 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const auto points = static_cast<std::uint32_t>(scratch->places_read) * kPointsOfPlace;
   result->counters.points_tested += points;
   scratch->points_due += surface.is_accurate ? points : 2 * points;  // as much again: not derived
-  scratch->touch = Combine(surface, walk, error.sum_m3(), sureness);
+  scratch->touch = Combine(surface, walk, error, sureness);
   scratch->touch.error_m3 += scratch->touch.share_of_samples * LeftOut_m3(parts.samples, walk);
   const TouchIntegral& touch = scratch->touch;
   if (scratch->memory != nullptr) {

@@ -13,11 +13,11 @@
 namespace vps {
 
 // Up to kMaxSinglePoints near points enter the reduction to planes one by one; more of them block by block of sixteen
-// neighbours, or in groups of 2, 4 ... neighbouring blocks, so that there are at most kMaxNearPatches. Not derived:
-// ReducePatches takes time for each.
+// neighbours, or in groups of 2, 4 ... neighbouring blocks, so that there are at most kMaxNearPatches of one or two
+// directions. Not derived: ReducePatches takes time for each.
 constexpr std::uint32_t kMaxSinglePoints = 24;
 constexpr std::uint32_t kMaxNearPatches = 128;
-static_assert(kMaxNearPatches + SurfaceWalk::kMostParts <= kMaxPatches);
+static_assert(2 * kMaxNearPatches + SurfaceWalk::kMostParts <= kMaxPatches);
 
 // What a query of `fast` needs of S and of G.
 struct FastPair {

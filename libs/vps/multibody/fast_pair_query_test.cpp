@@ -203,6 +203,28 @@ TEST(FastPair, PlanesKeepTheWrenchWithinOnePercent) {
   }
 }
 
+// A peg leans in its hole, by more than two places let it [Whitney 1982: the angle is clearance over depth]. All of it
+// is nearly apart, and no budget is enough to know what its rims add; what its samples see inside is felt, and no more.
+TEST(FastPair, FeelsAtLeastWhatItsSamplesSeeInside) {
+  constexpr double kRadius_m = 0.01, kClearance_m = 1e-4, kDepth_m = 0.01;
+  const TriangleMesh block = MakeBlockWithHole(0.06, kDepth_m, kRadius_m + 0.5 * kClearance_m, 128);
+  const TriangleMesh peg = MakeCylinder(kRadius_m, 0.1, 128);
+  Engine engine(block, peg, 2.5e-4, 24000);
+  const oracle::MeshDistance A(block);
+  const oracle::MeshDistance B(peg);
+  for (const double over : {1.2, 1.5}) {
+    core::Pose X_AB{core::QuaternionFromRotationVector({over * kClearance_m / kDepth_m, 0.0, 0.0}), {}};
+    X_AB.translation = X_AB.rotate({0.0, 0.0, 0.05 - 0.5 * kDepth_m});
+    EXPECT_TRUE(engine.Query(X_AB).is_in_contact);
+    EXPECT_TRUE(engine.is_cut_short());
+    const oracle::ContactWrench truth = oracle::IntegrateContactWrench(A, B, X_AB, {.relative = 0.01});
+    const TouchIntegral& touch = engine.touch();
+    EXPECT_GT(touch.volume_m3, 0.5 * truth.depth_integral_m3) << over;
+    EXPECT_LT(touch.volume_m3, 1.05 * truth.depth_integral_m3) << over;
+    EXPECT_GT(touch.error_m3, std::abs(touch.volume_m3 - truth.depth_integral_m3)) << over;
+  }
+}
+
 // What a budget has left out of the walk is not known, and counts as an error.
 TEST(FastPair, ErrorCountsWhatABudgetLeftOut) {
   const double R = 0.01;
