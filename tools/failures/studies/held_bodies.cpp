@@ -235,7 +235,7 @@ void StudyHeldNut(Report* report) {
             {{Variants().back().name,
               Short(100.0 * one.pitch_error) + " %; " + std::to_string(one.skipped) + (one.is_held ? "" : ", lost"),
               one.pitch_error <= 0.02 && one.skipped == 0 && one.is_held}},
-            "cause not looked into"});
+            ""});
   }
 }
 
