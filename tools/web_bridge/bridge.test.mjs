@@ -1,22 +1,41 @@
 // The bridge on a live run of scenarios/touch, as a Foxglove client and a browser receive it. Environment variable OOS:
 // the program, beside the nodes.
+//
+// The session lasts as long as the tests, however slow the machine is: it runs a copy of the scenario whose procedure
+// does not complete and whose ball moves up and down at the end.
 
 import assert from "node:assert/strict";
 import { once } from "node:events";
-import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
+import { appendFileSync, cpSync, existsSync, readFileSync, readdirSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import protocol from "@foxglove/ws-protocol";
 import WebSocket from "ws";
 import { createFileRegistry, fromBinary, typeOf, wkt } from "../../clients/javascript/oos_bus.mjs";
-import { PATIENCE, Processes } from "./testing/processes.mjs";
+import { PATIENCE, Processes, scenarioFolder } from "./testing/processes.mjs";
 
 const processes = new Processes();
+const touch = path.join(processes.folder, "touch");
 let where;
 
+function edit(file, ...changes) {
+  const name = path.join(touch, file);
+  let text = readFileSync(name, "utf8");
+  for (const [before, after] of changes) {
+    assert.ok(text.includes(before), `${file} has no ${before}`);
+    text = text.replace(before, after);
+  }
+  writeFileSync(name, text);
+}
+
 before(async () => {
-  await processes.startSession("touch");
-  where = await processes.startBridge("touch");
+  cpSync(scenarioFolder("touch"), touch, { recursive: true });
+  edit("scenario.xml", ['duration_limit_s="60"', 'duration_limit_s="3600"'], ['stall_limit_s="15"', 'stall_limit_s="3600"']);
+  edit("procedure.scxml", ['delay="2.5s"', 'delay="3600s"']);
+  const upAndDown = "  reach plate.block_path offset 0 0 0.06\n  reach plate.block_path\n";
+  appendFileSync(path.join(touch, "operator.txt"), upAndDown.repeat(200));
+  await processes.startSession(touch);
+  where = await processes.startBridge(touch);
 });
 after(() => processes.endAll());
 
@@ -206,7 +225,7 @@ test("the key is the session's: whoever may not read its key directory cannot kn
 
 test("as a lab starts it: told its session, with a name on the bus and a camera in its address", PATIENCE, async () => {
   const note = JSON.parse(readFileSync(path.join(processes.folder, "vr_oos/session.json"), "utf8"));
-  const told = await processes.startBridge("touch", ["--registry", note.registry, "--session", note.session,
+  const told = await processes.startBridge(touch, ["--registry", note.registry, "--session", note.session,
     "--keys", path.join(processes.folder, "out/keys"), "--bind", "127.0.0.1", "--name", "visual_node-phone", "--view", "a b"]);
   assert.equal(told.page, `${told.origin}/#key=${where.key}&view=a%20b`);
   await statusThat(({ nodes }) => nodes.some(({ name, isAlive }) => name === "visual_node-phone" && isAlive));
