@@ -35,13 +35,13 @@ class BlockSums {
       square_ += volume * depth_m;
     }
   }
-  void PutInto(ContactPatch* patch) const {
+  void AddTo(ContactPatch* patch) const {
     for (int i = 0; i < 3; ++i) {
-      patch->force_m3[i] = SumOfLanes(force_[i]);
-      patch->moment_m4[i] = SumOfLanes(moment_[i]);
+      patch->force_m3[i] += SumOfLanes(force_[i]);
+      patch->moment_m4[i] += SumOfLanes(moment_[i]);
     }
-    patch->volume_m3 = SumOfLanes(volume_);
-    patch->square_m4 = SumOfLanes(square_);
+    patch->volume_m3 += SumOfLanes(volume_);
+    patch->square_m4 += SumOfLanes(square_);
   }
 
  private:

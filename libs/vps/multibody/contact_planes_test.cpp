@@ -104,6 +104,28 @@ TEST(ContactPlanes, GuardTheFaceThatLooksAway) {
   }
 }
 
+// A box rocks on a plate: where its bottom is lifted, a plane is at the bottom's rim, and not at a place of the side
+// above it, which is farther out but touches long after.
+TEST(ContactPlanes, GuardTheRimOfAFaceThatIsLifted) {
+  constexpr double kTurn_rad = 2e-4, kPressed_m = 1e-6;
+  constexpr glm::dvec3 kSize_m(0.03, 0.04, 0.08);
+  for (const std::uint32_t num_points : {2048U, 8000U, 32768U}) {
+    PairWithPlanes engine(MakeBox({0.2, 0.2, 0.02}), MakeBox(kSize_m), 1e-3, num_points);
+    for (const double side : {1.0, -1.0}) {
+      const glm::dquat turn = core::QuaternionFromRotationVector({0.0, -side * kTurn_rad, 0.0});
+      const double rim_m = 0.5 * kSize_m.x * kTurn_rad;
+      const core::Pose X_AB{turn, {0.0, 0.0, 0.01 + 0.5 * kSize_m.z + rim_m - kPressed_m}};
+      double least_gap_m = 1.0;
+      for (const core::ContactPlane& plane : engine.Query(X_AB).planes) {
+        if (side * plane.p_S.x < 0.1 * kSize_m.x) continue;
+        const double gap_m = glm::dot(glm::dvec3(plane.n_G), X_AB * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G));
+        least_gap_m = std::min(least_gap_m, gap_m);
+      }
+      EXPECT_LT(least_gap_m, 2.0 * rim_m) << num_points << ' ' << side;
+    }
+  }
+}
+
 // A block slides and turns on a plate, a ball rolls: of the planes that carry, hardly any changes its id.
 TEST(ContactPlanes, IdsPersistWhileABodySlidesAndRolls) {
   const TriangleMesh plate = MakeBox({0.2, 0.2, 0.02});

@@ -56,8 +56,9 @@ std::uint32_t ShiftOfGroups(const FieldWalkScratch& scratch, std::uint32_t num_n
 // Patches of the samples that a walk found near, with `share` of their load, from patches[count] on: all of it, so that
 // they add up to what the walk found. Returns the new count. Without a contact none is inside.
 //
-// A group makes one patch of the samples that face as its deepest does, and one of the others: where one flank of a
-// thread is pressed, the other's gap is what keeps a blow from going through it.
+// A group makes one patch of the samples that face as its deepest does, and, where G's surface faces elsewhere there,
+// one of the others: where one flank of a thread is pressed, the other's gap is what keeps a blow from going through
+// it. Above the rim of a flat bottom it does not: a place of the side would stand for the rim, which touches first.
 //
 // A gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
 std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
@@ -67,13 +68,17 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
   const auto voxel_m = static_cast<float>(parts.field.voxel_size_m);
   const auto share = static_cast<float>(touch.share_of_samples);
   const auto least_m = static_cast<float>(-look_ahead_m);
+  const auto point_of = [&](const DeepestPlace& of) { return PointOf(parts.samples.points[of.block], of.place); };
+  const auto find_n_G = [&](const DeepestPlace& of) {
+    return SampleField(parts.field, T.ToVoxels(point_of(of))).gradient;
+  };
   // `deepest`: where the patch's depth is.
-  const auto add = [&](const DeepestPlace& deepest, const auto& put_load) {
+  const auto add = [&](const DeepestPlace& deepest, const glm::vec3& n_G, const auto& put_load) {
     ContactPatch& patch = patches[count++];
     patch = {};
     if (touch.is_contact()) put_load(&patch);
-    patch.p_S = PointOf(parts.samples.points[deepest.block], deepest.place);
-    patch.n_G = SampleField(parts.field, T.ToVoxels(patch.p_S)).gradient;
+    patch.p_S = point_of(deepest);
+    patch.n_G = n_G;
     patch.penetration_m = voxel_m * (touch.is_contact() ? deepest.depth : std::min(deepest.depth, 0.0f));
     Scale(share, &patch);
   };
@@ -83,7 +88,8 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
       for (std::uint32_t k = 0; k < kBlock; ++k) {
         const float depth = scratch.depths(i)[k];
         if (depth * voxel_m < least_m) continue;
-        add({scratch.near_blocks[i], k, depth}, [&](ContactPatch* p) { SetSums(block, k, depth * voxel_m, p); });
+        const DeepestPlace place{scratch.near_blocks[i], k, depth};
+        add(place, find_n_G(place), [&](ContactPatch* patch) { SetSums(block, k, depth * voxel_m, patch); });
       }
     }
     return count;
@@ -92,9 +98,10 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
   for (std::uint32_t begin = 0, end = 0; begin < walk.num_near_blocks; begin = end) {
     DeepestPlace deepest, elsewhere;
     BlockSums sums, sums_elsewhere;
-    for (; end < walk.num_near_blocks && scratch.near_blocks[end] >> shift == scratch.near_blocks[begin] >> shift;
-         ++end)
+    const std::uint32_t group = scratch.near_blocks[begin] >> shift;
+    for (; end < walk.num_near_blocks && scratch.near_blocks[end] >> shift == group; ++end) {
       deepest.Consider(scratch.near_blocks[end], scratch.depths(end));
+    }
     const glm::vec3 n_S = NormalOf(parts.samples.points[deepest.block], deepest.place);
     for (std::uint32_t i = begin; i < end; ++i) {
       const PointBlock& block = parts.samples.points[scratch.near_blocks[i]];
@@ -104,9 +111,15 @@ std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, cons
       sums_elsewhere.Add(block, depths.elsewhere, voxel_m);
       elsewhere.Consider(scratch.near_blocks[i], depths.elsewhere);
     }
-    add(deepest, [&](ContactPatch* patch) { sums.PutInto(patch); });
-    if (elsewhere.depth * voxel_m < least_m) continue;
-    add(elsewhere, [&](ContactPatch* patch) { sums_elsewhere.PutInto(patch); });
+    const glm::vec3 n_G = find_n_G(deepest);
+    const bool is_near = elsewhere.depth * voxel_m >= least_m;
+    const glm::vec3 n_G_elsewhere = is_near ? find_n_G(elsewhere) : n_G;
+    const bool is_split = glm::dot(n_G, n_G_elsewhere) < kAcross;
+    add(deepest, n_G, [&](ContactPatch* patch) {
+      sums.AddTo(patch);
+      if (!is_split) sums_elsewhere.AddTo(patch);
+    });
+    if (is_split) add(elsewhere, n_G_elsewhere, [&](ContactPatch* patch) { sums_elsewhere.AddTo(patch); });
   }
   return count;
 }
