@@ -1,39 +1,22 @@
 // The bridge on a live run of scenarios/touch, as a Foxglove client and a browser receive it. Environment variable OOS:
 // the program, beside the nodes.
-//
-// The session lasts as long as the tests, however slow the machine is: it runs a copy of the scenario whose procedure
-// does not complete and whose ball moves up and down at the end.
 
 import assert from "node:assert/strict";
 import { once } from "node:events";
-import { appendFileSync, cpSync, existsSync, readFileSync, readdirSync, statSync, writeFileSync } from "node:fs";
+import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import protocol from "@foxglove/ws-protocol";
 import WebSocket from "ws";
 import { createFileRegistry, fromBinary, typeOf, wkt } from "../../clients/javascript/oos_bus.mjs";
-import { PATIENCE, Processes, scenarioFolder } from "./testing/processes.mjs";
+import { lastingTouch } from "./testing/lasting_touch.mjs";
+import { PATIENCE, Processes } from "./testing/processes.mjs";
 
 const processes = new Processes();
-const touch = path.join(processes.folder, "touch");
+const touch = lastingTouch(processes.folder);
 let where;
 
-function edit(file, ...changes) {
-  const name = path.join(touch, file);
-  let text = readFileSync(name, "utf8");
-  for (const [before, after] of changes) {
-    assert.ok(text.includes(before), `${file} has no ${before}`);
-    text = text.replace(before, after);
-  }
-  writeFileSync(name, text);
-}
-
 before(async () => {
-  cpSync(scenarioFolder("touch"), touch, { recursive: true });
-  edit("scenario.xml", ['duration_limit_s="60"', 'duration_limit_s="3600"'], ['stall_limit_s="15"', 'stall_limit_s="3600"']);
-  edit("procedure.scxml", ['delay="2.5s"', 'delay="3600s"']);
-  const upAndDown = "  reach plate.block_path offset 0 0 0.06\n  reach plate.block_path\n";
-  appendFileSync(path.join(touch, "operator.txt"), upAndDown.repeat(200));
   await processes.startSession(touch);
   where = await processes.startBridge(touch);
 });

@@ -2,34 +2,20 @@
 
 import assert from "node:assert/strict";
 import { once } from "node:events";
-import { cpSync, readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import { openBrowser } from "./testing/browser.mjs";
 import { compare, viewsOf } from "./testing/compare.mjs";
-import { PATIENCE, Processes, scenarioFolder } from "./testing/processes.mjs";
+import { lastingTouch } from "./testing/lasting_touch.mjs";
+import { PATIENCE, Processes } from "./testing/processes.mjs";
 
 const DESK = { width: 1280, height: 720 }, PHONE = { width: 390, height: 844 };
 const processes = new Processes();
 const errors = [];
 let browser, live, recording, recorded;
 
-// A copy of scenarios/touch that lasts four minutes, so that a slow machine has time until a test stops the session.
-function lastingTouch() {
-  const folder = path.join(processes.folder, "lasting");
-  cpSync(scenarioFolder("touch"), folder, { recursive: true });
-  const edit = (file, old, changed) => {
-    const text = readFileSync(path.join(folder, file), "utf8");
-    assert.ok(text.includes(old), file);
-    writeFileSync(path.join(folder, file), text.replace(old, changed));
-  };
-  edit("procedure.scxml", `delay="2.5s"`, `delay="240s"`);
-  edit("scenario.xml", `duration_limit_s="60" stall_limit_s="15"`, `duration_limit_s="240" stall_limit_s="240"`);
-  return folder;
-}
-
 before(async () => {
-  [browser, live] = await Promise.all([openBrowser(), processes.startBridge(lastingTouch())]);
+  [browser, live] = await Promise.all([openBrowser(), processes.startBridge(lastingTouch(processes.folder))]);
   recording = path.join(processes.folder, "touch.mcap");
 });
 after(async () => {
@@ -283,9 +269,10 @@ test("from a phone a finger starts a session, sets a parameter, and stops it", P
 });
 
 // A person at the page: mouse and keys of Chromium, eyes on the captions.
-test("the page is the hand: dragging moves it as far as the captions say, Space closes the jaws", PATIENCE, async () => {
+test("the page is the hand: dragging moves it as far as the captions say, Space closes the jaws", PATIENCE, async (t) => {
   const others = new Processes();  // the first bridge of this test would join, too, and be the hand
-  const run = await others.startSession("peg_in_hole", ["--hand", "pointer"]);
+  t.after(() => others.endAll());
+  const run = await others.startSession("peg_in_hole", ["--hand", "pointer", "--duration", "600"]);
   const { page: address } = await others.startBridge("peg_in_hole");
   const page = await opened(address);
   await page.waitForFunction(() => window.page.hand.canSteer);
@@ -313,7 +300,6 @@ test("the page is the hand: dragging moves it as far as the captions say, Space 
     window.page.picture.bodies.meshes.map(({ skin }) => skin?.shown ?? "").join("") !== old, open);
   await page.close();
   await others.end(run, "SIGINT");
-  await others.endAll();
   assert.deepEqual(errors, []);
 });
 
