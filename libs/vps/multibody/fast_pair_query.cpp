@@ -130,24 +130,19 @@ struct Deepest {
   glm::dvec3 p_S{0.0};
 };
 
-Deepest DeepestSample(const SampleTree& sampled, const FieldWalkResult& walk) {
-  return {walk.deepest_m, PointOf(sampled.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock)};
-}
-
 // Zeros where the memory proves that nothing touches.
 //
-// What was apart with G larger by an offset is apart until a place of S has moved by it (distances are 1-Lipschitz).
+// What was apart with G larger by an offset o is apart until a place of S has moved by it (distances are 1-Lipschitz).
 // A share u of that is used: then a place that touches was inside the larger G by the rest, and so an error e of that
-// query hides an area of at most e / ((1 - u) offset). As a contact it is negligible up to a depth of kUnfelt_m. u (1 -
-// u), how far S may go for that error, is greatest at one half. An offset that fails is retried smaller, and later: a
-// query that proves nothing is lost.
+// query hides an area of at most e / ((1 - u) o). Up to a depth of unfelt_m it is no contact that counts. u (1 - u),
+// how far S may go for that error, is greatest at one half. So is s (1 - s) for an offset of s times the samples' least
+// distance: patches have to leave the rest, and their number goes with one over it.
+//
+// An offset that fails is halved, and waits, since a query that proves nothing is lost; one that is proven is doubled.
+// The motion of one as small as unfelt_m is not worth a proof.
 const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_GS, const SurfaceGoal& goal,
-                                    FastPairScratch* scratch) {
-  constexpr double kUsedShare = 0.5;
-  constexpr double kUnfelt_m = 5e-6;     // this and the next are not derived
-  constexpr double kShareOfGap = 0.5;    // of the samples' least distance
-  constexpr double kLeastOffset = 0.02;  // voxels
-  constexpr double kSmaller = 0.25, kLarger = 1.5;
+                                    double unfelt_m, FastPairScratch* scratch) {
+  constexpr double kHalf = 0.5;
   TouchMemory* const memory = scratch->memory;
   const auto run = [&](const SurfaceGoal& of, SurfaceMemory* with) -> const SurfaceWalk::Result& {
     scratch->places_read += scratch->surface.Run(parts.surface, parts.field, parts.bends, X_GS, of, with).places_read;
@@ -162,29 +157,28 @@ const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_G
     if (moved_m < memory->apart_m) return scratch->surface.ClearResult();
     memory->apart_m = 0.0;
   }
-  const double gap_m = -scratch->found.deepest_m;
-  const double offset_m = std::min(memory->offset_m, kShareOfGap * gap_m);
+  const double offset_m = std::min(memory->offset_m, -kHalf * scratch->found.deepest_m);
   if (memory->queries_to_wait > 0) {
     --memory->queries_to_wait;
-  } else if (offset_m > kLeastOffset * parts.field.voxel_size_m) {
+  } else if (offset_m > unfelt_m) {
     SurfaceGoal larger = goal;
     larger.offset_m = offset_m;
-    larger.negligible_m3 *= std::max(1.0, (1.0 - kUsedShare) * offset_m / kUnfelt_m);
+    larger.negligible_m3 /= kHalf;
     const SurfaceWalk::Result& result = run(larger, &memory->apart);
-    if (result.is_accurate && !(result.volume_m3 > result.error_m3)) {
+    const bool is_proven = result.is_accurate && !(result.volume_m3 > result.error_m3);
+    memory->offset_m = is_proven ? offset_m / kHalf : kHalf * offset_m;
+    if (is_proven) {
       memory->X_GS = X_GS;
-      memory->apart_m = kUsedShare * offset_m;
-      memory->offset_m = kLarger * offset_m;
+      memory->apart_m = kHalf * offset_m;
       return result;
     }
-    memory->offset_m = kSmaller * offset_m;
     memory->queries_to_wait = kQueriesToRetry;
-    if (memory->offset_m < kLeastOffset * parts.field.voxel_size_m) {
-      memory->offset_m = 1e9;
-      memory->queries_to_wait = 10 * kQueriesToRetry;
-    }
+  } else {
+    memory->offset_m = TouchMemory{}.offset_m;
   }
-  return run(goal, &memory->touch);
+  const SurfaceWalk::Result& result = run(goal, &memory->touch);
+  if (result.volume_m3 > result.error_m3) memory->queries_to_wait = kQueriesToRetry;
+  return result;
 }
 
 // The field's mean error at p [voxels], a place with that depth, in voxels.
@@ -388,9 +382,11 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
   // How much the samples alone decide: wholly while their error is at most the wanted one, not at all from twice it on.
   const double sureness = std::clamp(2.0 - error.sum_m3() / wanted_of_samples_m3, 0.0, 1.0);
+  // With the stiffness as it is, no contact of that depth is felt either.
+  const double unfelt_m = pair.negligible_N / std::max(pair.stiffness_N_per_m, 1e-9);
   scratch->places_read = 0;
   const SurfaceWalk::Result& surface =
-      sureness < 1.0 ? RunTouch(parts, X_GS, goal, scratch) : scratch->surface.ClearResult();
+      sureness < 1.0 ? RunTouch(parts, X_GS, goal, unfelt_m, scratch) : scratch->surface.ClearResult();
   const auto points = static_cast<std::uint32_t>(scratch->places_read) * kPointsOfPlace;
   result->counters.points_tested += points;
   scratch->points_due += surface.is_accurate ? points : 2 * points;  // as much again: not derived
@@ -431,7 +427,8 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
   IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);
   const TouchIntegral& touch = scratch->touch;
   result->is_in_contact = touch.is_contact();
-  Deepest deepest = DeepestSample(parts.samples, walk);
+  const PointBlock& block = parts.samples.points[walk.deepest_point / kBlock];
+  Deepest deepest{walk.deepest_m, PointOf(block, walk.deepest_point % kBlock)};
   ContactLoad load;
   std::uint32_t num_patches = 0;
   if (touch.is_contact()) {
