@@ -21,24 +21,19 @@ namespace {
 // Pairs tested at the same time; the memory of each is sized for the largest object. Not derived: bounds memory.
 constexpr std::size_t kMaxPairsAtOnce = 32;
 
-struct PairEntry {
+struct PairEntry : PairMemory {  // but for the state, which is one of Impl's phases
   PairDescription description;
-  PairResult result;
-  core::Pose X_GS;          // of the result
-  bool is_current = false;  // result belongs to this pose and the present description
   bool is_late = false;
-  double free_m = 0.0;  // found by Test
-  TouchMemory touch_memory;
   FieldWalkMemory walk_memory;
   std::uint32_t points_due = 0;   // that its last query would have tested without a budget
   std::uint32_t most_points = 0;  // its share of this step's budget; 0: no limit
   // Of a pair with gaps; else null.
-  const TouchPoints* touch = nullptr;
+  const TouchPoints* touch_points = nullptr;
   std::unique_ptr<GapPlanes> gaps;
 
   // That is walked, of `fast`.
   [[nodiscard]] const SampleTree& TreeOf(const CookedObject& S) const {
-    return touch != nullptr ? touch->tree : S.SamplesAt(touch_memory.coarseness);
+    return touch_points != nullptr ? touch_points->tree : S.SamplesAt(touch.coarseness);
   }
   [[nodiscard]] std::span<const core::ContactPlane> planes() const {
     if (gaps != nullptr) return {gaps->planes.begin(), gaps->planes.size()};
@@ -177,7 +172,7 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
   if (pair.has_gaps && method == Method::kFast) {
     std::unique_ptr<TouchPoints>& touch = touch_points[pair.sampled];
     if (touch == nullptr) touch = std::make_unique<TouchPoints>(FindTouchPoints(*S->samples, *S->surface));
-    entry.touch = touch.get();
+    entry.touch_points = touch.get();
     entry.gaps = std::make_unique<GapPlanes>();
   }
   pairs.push_back(std::move(entry));
@@ -219,7 +214,7 @@ void CollisionWorld::SetActive(std::size_t i, bool is_active) {
   if (pair.description.is_active == is_active) return;
   pair.description.is_active = is_active;
   pair.ClearResult();
-  pair.touch_memory = {};
+  pair.touch = {};
   w.SetPhase(i, is_active ? PairState::kFar : PairState::kInactive);
   w.num_inactive += is_active ? -1U : 1U;
   if (is_active) {
@@ -237,25 +232,22 @@ void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
   PairEntry& pair = impl_->pairs[i];
   pair.description.stiffness_N_per_m = stiffness_N_per_m;
   pair.is_current = false;
-  pair.touch_memory.apart_m = 0.0;  // what is negligible depends on the stiffness
+  pair.touch.apart_m = 0.0;  // what is negligible depends on the stiffness
   if (pair.description.is_active) impl_->schedule.Wake(i);
 }
 
 PairMemory CollisionWorld::Memory(std::size_t i) const {
-  const PairEntry& pair = impl_->pairs[i];
-  const double free_m = std::max(0.0, impl_->schedule.FreeDistance_m(i));
-  return {pair.result, pair.X_GS, pair.is_current, impl_->phases[i], free_m, pair.touch_memory};
+  PairMemory memory = static_cast<const PairMemory&>(impl_->pairs[i]);
+  memory.state = impl_->phases[i];
+  memory.free_m = std::max(0.0, impl_->schedule.FreeDistance_m(i));
+  return memory;
 }
 
 void CollisionWorld::Continue(std::size_t i, const PairMemory& memory) {
   PairEntry& pair = impl_->pairs[i];
   if (!pair.description.is_active || memory.state == PairState::kInactive) return;
-  pair.result = memory.result;
+  static_cast<PairMemory&>(pair) = memory;
   pair.result.cycle = impl_->cycle;
-  pair.X_GS = memory.X_GS;
-  pair.is_current = memory.is_current;
-  pair.touch_memory = memory.touch;
-  pair.free_m = memory.free_m;
   impl_->SetPhase(i, memory.state);
   impl_->Settle(i);
 }
@@ -281,7 +273,7 @@ void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
 void CollisionWorld::Impl::SetApart(std::size_t i, double free_m) {
   if (phases[i] != PairState::kFar) {
     pairs[i].ClearResult();
-    pairs[i].touch_memory.coarseness = 0;  // a contact starts with all samples
+    pairs[i].touch.coarseness = 0;  // a contact starts with all samples
     SetPhase(i, PairState::kFar);
   }
   schedule.Rest(i, free_m);
@@ -373,15 +365,16 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   const PairDescription& d = pair.description;
   const CookedObject& S = *objects[d.sampled];
   const CookedObject& G = *objects[d.field];
-  const FastPair parts = pair.touch != nullptr ? FastPair{pair.touch->tree, *S.surface, *G.field, *G.bends}
-                                               : FastPairOf(S, G, pair.touch_memory);
+  const FastPair parts =
+      pair.gaps != nullptr ? FastPair{pair.TreeOf(S), *S.surface, *G.field, *G.bends} : FastPairOf(S, G, pair.touch);
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   FastPairScratch* const memory = &fast_scratch[slot];
   memory->found = memory->walk.Finish();
-  memory->memory = &pair.touch_memory;
+  memory->memory = &pair.touch;
   memory->most_points = pair.most_points;
   if (pair.gaps != nullptr) {
-    pair.free_m = FinishGapPair(parts, *pair.touch, X_WS, pair.X_GS, d, rho, memory, pair.gaps.get(), &pair.result);
+    pair.free_m =
+        FinishGapPair(parts, *pair.touch_points, X_WS, pair.X_GS, d, rho, memory, pair.gaps.get(), &pair.result);
   } else {
     pair.free_m = FinishFastPair(parts, X_WS, pair.X_GS, d, rho, memory, &pair.result);
   }
@@ -395,15 +388,13 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
 void CollisionWorld::Impl::ShareOut(std::uint64_t budget_points) {
   constexpr std::uint32_t kSmall = 1024;
   constexpr std::uint64_t kMost = 0xffffffffU;
+  const auto wanted_by = [&](std::uint32_t i) { return std::uint64_t{std::max(pairs[i].points_due, kSmall)}; };
   std::uint64_t wanted = 0;
-  for (const std::uint32_t i : due) wanted += std::max(pairs[i].points_due, kSmall);
+  for (const std::uint32_t i : due) wanted += wanted_by(i);
   for (const std::uint32_t i : due) {
-    PairEntry& pair = pairs[i];
-    pair.most_points = 0;
-    if (budget_points == 0) continue;
-    const std::uint64_t all = wanted > budget_points ? wanted : std::max(pair.points_due, kSmall);
-    const std::uint64_t share = budget_points * std::max(pair.points_due, kSmall) / all;
-    pair.most_points = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(share, 1, kMost));
+    const std::uint64_t all = wanted > budget_points ? wanted : wanted_by(i);
+    const std::uint64_t share = std::clamp<std::uint64_t>(budget_points * wanted_by(i) / all, 1, kMost);
+    pairs[i].most_points = budget_points == 0 ? 0 : static_cast<std::uint32_t>(share);
   }
 }
 

@@ -95,23 +95,21 @@ class PlaneWriter {
       : scene_(scene), stiffness_N_per_m_(static_cast<float>(stiffness_N_per_m)), gaps_(*gaps) {}
 
   void Add(Gaps found, std::size_t s) {
-    GapPlanes::Slot& slot = gaps_.slots[s];
     found.other.is_found = found.other.is_found && num_others_ < kMaxOtherFaces;
-    const std::size_t face = FaceOf(found, slot);
-    Add(found.least, GapPlanes::IdOf(s, face));
-    slot.n[face] = found.least.n;
+    const std::size_t face = FaceOf(found, gaps_.slots[s]);
+    Add(found.least, s, face);
     if (!found.other.is_found) return;
     ++num_others_;
-    Add(found.other, GapPlanes::IdOf(s, 1 - face));
-    slot.n[1 - face] = found.other.n;
+    Add(found.other, s, 1 - face);
   }
   [[nodiscard]] double least_m() const { return least_m_; }
 
  private:
-  void Add(const Gap& gap, std::uint32_t id) {
+  void Add(const Gap& gap, std::size_t s, std::size_t face) {
+    gaps_.slots[s].n[face] = gap.n;
     const double voxel_m = scene_.field.voxel_size_m;
     core::ContactPlane plane;
-    plane.id = id;
+    plane.id = GapPlanes::IdOf(s, face);
     const glm::dvec3 p_G = gap.p * voxel_m + scene_.field.origin_m;
     plane.p_S = glm::vec3(scene_.X_GS.inverse() * p_G);
     plane.n_G = glm::vec3(gap.n);

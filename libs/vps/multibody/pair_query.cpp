@@ -49,12 +49,9 @@ double QueryPair(const PointTree& sampled, const Voxmap& field, const core::Pose
     contact.p_S = {sampled.x[k], sampled.y[k], sampled.z[k]};
     contact.n_S = {sampled.nx[k], sampled.ny[k], sampled.nz[k]};
     contact.penetration_m = hits[i].penetration_m;
-    float p[3];
-    for (int r = 0; r < 3; ++r) {
-      p[r] = T.m[r][0] * contact.p_S.x + T.m[r][1] * contact.p_S.y + T.m[r][2] * contact.p_S.z + T.t[r];
-    }
+    const glm::vec3 p = T.ToVoxels(contact.p_S);
     glm::vec3 n_G;
-    if (FieldNormal(field, p, &n_G)) contact.n_S = R_SG * n_G;
+    if (FieldNormal(field, &p.x, &n_G)) contact.n_S = R_SG * n_G;
   }
   ReduceContacts({scratch->contacts.data(), num_contacts}, X_GS, pair.stiffness_N_per_m, pair.look_ahead_m,
                  &result->planes, kHysteresis * field.voxel_size_m);

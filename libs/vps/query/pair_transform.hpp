@@ -26,6 +26,11 @@ struct PairTransform {
     }
     voxel_size_m = static_cast<float>(field.voxel_size_m);
   }
+  [[nodiscard]] glm::vec3 ToVoxels(const glm::vec3& p_S) const {
+    return {m[0][0] * p_S.x + m[0][1] * p_S.y + m[0][2] * p_S.z + t[0],
+            m[1][0] * p_S.x + m[1][1] * p_S.y + m[1][2] * p_S.z + t[1],
+            m[2][0] * p_S.x + m[2][1] * p_S.y + m[2][2] * p_S.z + t[2]};
+  }
 };
 
 // Layers, counted outwards, that a point with V >= -margin can be in: V = v s + n . e with |n . e| <= sqrt(3)/2 s.

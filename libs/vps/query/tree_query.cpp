@@ -78,9 +78,10 @@ float SphereSlack(double margin_m, double voxel_size_m) {
 
 // Voxels by which a sphere's centre can move before the sphere can hold a hit; negative: it can already.
 inline float SphereFreeDistance(const Field& f, const PairTransform& T, const Cluster& c, float slack) {
-  const float x = T.m[0][0] * c.centre_m[0] + T.m[0][1] * c.centre_m[1] + T.m[0][2] * c.centre_m[2] + T.t[0];
-  const float y = T.m[1][0] * c.centre_m[0] + T.m[1][1] * c.centre_m[1] + T.m[1][2] * c.centre_m[2] + T.t[1];
-  const float z = T.m[2][0] * c.centre_m[0] + T.m[2][1] * c.centre_m[1] + T.m[2][2] * c.centre_m[2] + T.t[2];
+  const glm::vec3 centre = T.ToVoxels({c.centre_m[0], c.centre_m[1], c.centre_m[2]});
+  const float x = centre.x;
+  const float y = centre.y;
+  const float z = centre.z;
   float clearance = 0.0f;
   if (x >= 0.0f && y >= 0.0f && z >= 0.0f && x < f.x_end && y < f.y_end && z < f.z_end) {
     const std::size_t cell =

@@ -59,11 +59,7 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   std::vector<glm::vec3> normals;
   for (const PointBlock& block : tree.points) normals.push_back(MeanNormal(block));
   static_cast<SphereTree&>(tree) = BuildSphereTree(places, normals);
-  std::vector<float> axes[3];
-  for (const glm::vec3& p : places) {
-    for (int i = 0; i < 3; ++i) axes[i].push_back(p[i]);
-  }
-  const Sphere all = SmallestSphere(axes[0].data(), axes[1].data(), axes[2].data(), n);
+  const Sphere all = SmallestSphere(places);
   tree.centre_m = all.centre;
   tree.radius_m = all.radius * (1.0 + 1e-6) + 4e-7 * glm::length(all.centre);
   return tree;

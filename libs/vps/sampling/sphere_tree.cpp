@@ -74,25 +74,16 @@ std::vector<std::uint32_t> OrderInRuns(const std::vector<glm::dvec3>& places_m) 
 }
 
 SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::span<const glm::vec3> leaf_normals) {
-  const std::size_t n = places_m.size();
   SphereTree tree;
-  std::vector<float> x, y, z;
-  for (const glm::vec3& p : places_m) {
-    x.push_back(p.x);
-    y.push_back(p.y);
-    z.push_back(p.z);
-  }
   std::size_t run = kBlock;                       // places under one sphere of this level
   std::size_t num_spheres = leaf_normals.size();  // of this level
   while (true) {
     tree.level_begin[tree.num_levels++] = static_cast<std::uint32_t>(tree.spheres.size());
     for (std::size_t j = 0; j < num_spheres; ++j) {
       if (j % kBlock == 0) tree.spheres.push_back(FarBlock());
-      const std::size_t begin = j * run;
-      const std::size_t count = std::min(run, n - begin);
-      const Sphere sphere = SmallestSphere(&x[begin], &y[begin], &z[begin], count);
+      const auto within = places_m.subspan(j * run, std::min(run, places_m.size() - j * run));
       const glm::vec3 normal = tree.num_levels == 1 ? leaf_normals[j] : glm::vec3(0.0f);
-      PutSphere(places_m.subspan(begin, count), glm::vec3(sphere.centre), normal, j % kBlock, &tree.spheres.back());
+      PutSphere(within, glm::vec3(SmallestSphere(within).centre), normal, j % kBlock, &tree.spheres.back());
     }
     if (num_spheres <= kBlock) break;
     num_spheres = (num_spheres + kBlock - 1) / kBlock;

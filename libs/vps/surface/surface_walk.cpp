@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "vps/field/nearest_facet.hpp"
-#include "vps/walk/walk_input.hpp"
 
 namespace vps {
 namespace {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "vps/pointshell/pointshell.hpp"
 #include "vps/tree/point_tree.hpp"
 
@@ -18,5 +20,6 @@ struct Sphere {
   double radius = 0.0;
 };
 Sphere SmallestSphere(const float* x, const float* y, const float* z, std::size_t count);
+Sphere SmallestSphere(std::span<const glm::vec3> points);
 
 }  // namespace vps

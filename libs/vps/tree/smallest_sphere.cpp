@@ -97,4 +97,12 @@ Sphere SmallestSphere(const float* x, const float* y, const float* z, std::size_
   return sphere;
 }
 
+Sphere SmallestSphere(std::span<const glm::vec3> points) {
+  std::vector<float> axes[3];
+  for (const glm::vec3& p : points) {
+    for (int i = 0; i < 3; ++i) axes[i].push_back(p[i]);
+  }
+  return SmallestSphere(axes[0].data(), axes[1].data(), axes[2].data(), points.size());
+}
+
 }  // namespace vps

@@ -5,7 +5,6 @@
 #include "vps/field/build_field.hpp"
 #include "vps/testing/shapes.hpp"
 #include "vps/walk/field_walk.hpp"
-#include "vps/walk/walk_input.hpp"
 
 namespace vps {
 namespace {

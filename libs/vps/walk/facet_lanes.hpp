@@ -178,33 +178,13 @@ inline F BoundFacets(const FacetFrames& f, int at, const FacetTarget& to) {
   return bound * bound;
 }
 
-// The largest and the least of sixteen values.
-typedef float Four __attribute__((vector_size(16)));
-inline Four LoadFour(const float* p) {
-  Four v;
-  __builtin_memcpy(&v, p, sizeof v);
-  return v;
+inline float Most(F v) {
+  return -Least(-v);
 }
-inline float MostOf(const float* v) {
-  Four most = LoadFour(v);
-  for (std::uint32_t k = 4; k < kBlock; k += 4) most = LoadFour(v + k) > most ? LoadFour(v + k) : most;
-  const float a = most[0] > most[1] ? most[0] : most[1];
-  const float b = most[2] > most[3] ? most[2] : most[3];
-  return a > b ? a : b;
-}
-inline float LeastOf(const float* v) {
-  Four least = LoadFour(v);
-  for (std::uint32_t k = 4; k < kBlock; k += 4) least = LoadFour(v + k) < least ? LoadFour(v + k) : least;
-  const float a = least[0] < least[1] ? least[0] : least[1];
-  const float b = least[2] < least[3] ? least[2] : least[3];
-  return a < b ? a : b;
-}
-
-// Of all points.
-inline float MostKey(const FacetTarget& to) {
-  alignas(64) float keys[kBlock];
-  for (int j = 0; j < kParts; ++j) StoreF(keys + j * kLanes, to.key[j]);
-  return MostOf(keys);
+inline F Most(const F* of_parts) {
+  F most = of_parts[0];
+  for (int j = 1; j < kParts; ++j) most = Max(of_parts[j], most);
+  return Fill(Most(most));
 }
 
 // The spheres of a block of them that come as near to a place as `reach`; appends their numbers.
@@ -257,20 +237,25 @@ inline bool FindFacetBlocks(const WalkInput& in, const float* c, float reach, Ne
 }
 
 inline void FindTarget(const WalkInput& in, const FacetPoints& points, FacetTarget* to) {
-  alignas(64) float at_axis[3][kBlock];
+  Vec3 low{Fill(1e30f), Fill(1e30f), Fill(1e30f)};
+  Vec3 high{-low.x, -low.y, -low.z};
   for (int j = 0; j < kParts; ++j) {
     const int at = j * kLanes;
-    to->p[j] = ToVoxels(in, LoadF(points.x + at), LoadF(points.y + at), LoadF(points.z + at));
-    Store(to->p[j], at_axis[0] + at, at_axis[1] + at, at_axis[2] + at);
+    const Vec3 p = ToVoxels(in, LoadF(points.x + at), LoadF(points.y + at), LoadF(points.z + at));
+    low = {Min(low.x, p.x), Min(low.y, p.y), Min(low.z, p.z)};
+    high = {Max(high.x, p.x), Max(high.y, p.y), Max(high.z, p.z)};
+    to->p[j] = p;
     to->squared[j] = Fill(kUnmet);
   }
-  for (int i = 0; i < 3; ++i) to->c[i] = 0.5f * (LeastOf(at_axis[i]) + MostOf(at_axis[i]));
-  alignas(64) float squared[kBlock];
+  to->c[0] = 0.5f * (Least(low.x) + Most(high.x));
+  to->c[1] = 0.5f * (Least(low.y) + Most(high.y));
+  to->c[2] = 0.5f * (Least(low.z) + Most(high.z));
+  F squared[kParts];
   for (int j = 0; j < kParts; ++j) {
     const Vec3 d{to->p[j].x - to->c[0], to->p[j].y - to->c[1], to->p[j].z - to->c[2]};
-    StoreF(squared + j * kLanes, Dot(d, d));
+    squared[j] = Dot(d, d);
   }
-  to->r = Sqrt(Fill(MostOf(squared)))[0];
+  to->r = Sqrt(Most(squared))[0];
 }
 
 // Initial search radius of the points that have met no triangle: |depth by the field| + slack.
@@ -290,7 +275,7 @@ inline void MeetBlock(const WalkInput& in, std::uint32_t block, FacetScratch* sc
     const std::uint32_t lane = block % kFacetLanes;
     Unpack(in.facet_blocks[block], s.x[lane], s.y[lane], s.z[lane], &frames);
   }
-  const F most = Fill(MostKey(*to));
+  const F most = Most(to->key);
   unsigned near = 0;
   for (int at = 0; at < static_cast<int>(kFacetLanes); at += kLanes) {
     near |= LessBits(BoundFacets(frames, at, *to), most) << at;
@@ -302,7 +287,7 @@ inline void MeetBlock(const WalkInput& in, std::uint32_t block, FacetScratch* sc
 // one is kAround voxels wider, so that the next ones need none. Not derived.
 inline bool MeetFacets(const WalkInput& in, FacetScratch* scratch, FacetTarget* to) {
   constexpr float kAround = 1.0f;  // voxels
-  const float reach = to->r + Sqrt(Fill(MostKey(*to)))[0];
+  const float reach = to->r + Sqrt(Most(to->key))[0];
   NearFacets& near = scratch->near;
   const float d[3] = {to->c[0] - near.c[0], to->c[1] - near.c[1], to->c[2] - near.c[2]};
   const float room = near.reach - reach;

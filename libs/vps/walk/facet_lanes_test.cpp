@@ -8,7 +8,7 @@
 #include "vps/testing/case_random.hpp"
 #include "vps/testing/part_shapes.hpp"
 #include "vps/testing/shapes.hpp"
-#include "vps/walk/walk_input.hpp"
+#include "vps/walk/field_walk.hpp"
 
 namespace vps {
 namespace {

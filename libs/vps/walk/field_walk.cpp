@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "vps/walk/bound_free_distance.hpp"
-#include "vps/walk/walk_input.hpp"
 #include "vps/walk/walk_memory.hpp"
 
 namespace vps {

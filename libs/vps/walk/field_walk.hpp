@@ -16,6 +16,8 @@ enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 // sets give the same bits, but for one rounding in 2^29 of the portable one.
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
+// The kernels that were compiled for `set`; portable ones where the machine is another.
+WalkKernels KernelsOf(InstructionSet set);
 
 struct FieldWalkMemory;
 
@@ -102,6 +104,9 @@ class FieldWalkScratch {
 // the points of every block whose sphere may come within `margin_m` >= 0 of G. X_GS: pose of S in G. Does not allocate.
 FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                           double margin_m, FieldWalkScratch* scratch);
+
+// The field's part of a kernel's input, with the transform of the points; everything else is zero.
+WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS);
 
 // Point of S in G's voxels, and the direction from there.
 struct FieldTransform {

@@ -1,6 +1,6 @@
-#include "vps/walk/walk_input.hpp"
-
 #include <cstring>
+
+#include "vps/walk/field_walk.hpp"
 
 namespace vps {
 
