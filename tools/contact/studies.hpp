@@ -85,8 +85,8 @@ void ReportWrenches(const std::vector<Measurement>& all, Report* report);
 void StudyHeldOut(const std::vector<Contender>& contenders, const Places& places, Report* report);
 
 // Errors of `fast` at 2 % and 10 % on a few training parts alone, for cold and consecutive queries, and how much it
-// read: seconds, once the references are in `folder` (TrainingCases). For choosing constants; not a part of the whole
-// bench.
+// read; of its planes and of a tool's gaps after a little motion (training_planes.hpp): seconds, once the references
+// are in `folder` (TrainingCases). For choosing constants; not a part of the whole bench.
 void StudyTraining(const std::filesystem::path& folder, Report* report);
 
 // The same for pairs of the shipped scenarios at their own voxels and points, within the budget of scenarios: `paper`,

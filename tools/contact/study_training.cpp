@@ -4,6 +4,7 @@
 
 #include "tools/contact/accuracy_race.hpp"
 #include "tools/contact/studies.hpp"
+#include "tools/contact/training_planes.hpp"
 #include "tools/contact/training_poses.hpp"
 #include "vps/testing/case_random.hpp"
 
@@ -88,10 +89,25 @@ std::vector<std::string> RowOf(const Way& way, double accuracy, const std::strin
   return row;
 }
 
+// As a row of the table: in the place of errors of forces those of planes, in that of places how many there are.
+std::vector<std::string> PlanesRow(const std::string& queries, const std::vector<double>& force,
+                                   const std::vector<double>& moment, const std::vector<double>& num_planes) {
+  double mean = 0.0;
+  for (const double value : num_planes)
+    mean += value / static_cast<double>(std::max<std::size_t>(num_planes.size(), 1));
+  std::vector<std::string> row = {queries, "10 %", "felt", std::to_string(force.size())};
+  for (const double share : {0.5, 0.99, 1.0}) row.push_back(Cell(Quantile(force, share)));
+  row.emplace_back("-");
+  for (const double share : {0.5, 0.99, 1.0}) row.push_back(Cell(Quantile(moment, share)));
+  row.insert(row.end(), {Cell(1.0), Cell(Quantile(num_planes, 0.5)), Cell(mean)});
+  return row;
+}
+
 }  // namespace
 
 void StudyTraining(const std::filesystem::path& folder, Report* report) {
   std::map<std::pair<std::string, double>, std::array<Figures, 2>> figures;
+  PlaneFigures planes;
   for (const TrainingCase& c : TrainingCases(folder)) {
     const Resolution resolution = CoarseResolution(c.parts.A, c.parts.B);
     const Parts parts{c.parts.family, c.parts.A, c.parts.B, resolution.voxel_size_m};
@@ -113,6 +129,9 @@ void StudyTraining(const std::filesystem::path& folder, Report* report) {
         Measure(c, method.get(), way, &all, &felt);
       }
     }
+    std::vector<std::vector<core::Pose>> ways;
+    for (const ReferencePose& p : c.posed) ways.push_back(WayTo(p.pose.X_AB, kWays[1].queries, p.number));
+    MeasurePlanes(*A, *B, vps::RadiusAboutOrigin_m(c.parts.B), ways, &planes);
   }
   Table table{"training",
               {"queries", "accuracy", "contacts", "poses", "force_p50", "force_p99", "force_max", "worst_at",
@@ -125,6 +144,8 @@ void StudyTraining(const std::filesystem::path& folder, Report* report) {
       table.Add(RowOf(way, accuracy, "felt", felt));
     }
   }
+  table.Add(PlanesRow("planes", planes.force, planes.moment, planes.num_planes));
+  table.Add(PlanesRow("gaps", planes.gap, {0.0}, planes.num_gap_planes));
   for (const auto& row : table.rows) {
     std::printf("training, %s, %s, %s: force off %s, %s, %s worst (%s), within twice %s, places %s\n", row[0].c_str(),
                 row[1].c_str(), row[2].c_str(), row[4].c_str(), row[5].c_str(), row[6].c_str(), row[7].c_str(),

@@ -133,10 +133,10 @@ struct Deepest {
 // Zeros where the memory proves that nothing touches.
 //
 // What was apart with G larger by an offset o is apart until a place of S has moved by it (distances are 1-Lipschitz).
-// A share u of that is used: then a place that touches was inside the larger G by the rest, and so an error e of that
-// query hides an area of at most e / ((1 - u) o). Up to a depth of unfelt_m it is no contact that counts. u (1 - u),
-// how far S may go for that error, is greatest at one half. So is s (1 - s) for an offset of s times the samples' least
-// distance: patches have to leave the rest, and their number goes with one over it.
+// A share u of that is used: then a place that touches with the depth d <= u o was inside the larger G by d + (1 - u) o
+// at least, so that an error e of that query hides u e as a contact. Places go with 1 / e and the way with u: per way
+// any u costs the same, and one half leaves room. The offset is s times the samples' least distance; patches have to
+// leave 1 - s of it, their number goes with 1 / (1 - s), and s (1 - s) is greatest at one half.
 //
 // An offset that fails is halved, and waits, since a query that proves nothing is lost; one that is proven is doubled.
 // The motion of one as small as unfelt_m is not worth a proof.

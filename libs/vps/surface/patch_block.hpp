@@ -65,7 +65,8 @@ struct alignas(64) PatchSums {
 // FieldBends' second derivatives at the length h: a sixteen-bit number times kBendStep / h; |H| <= 2 / h, since
 // distances are 1-Lipschitz. Its bound: twice that step.
 constexpr float kBendStep = 2.0f / 32767.0f;
-// Voxels; not derived: below it the field is nearly one plane, and over a flat patch the depth is greatest at a corner.
+// Voxels, of the finest level, which FindBend counts from: below it the field is nearly one plane, and over a flat
+// patch the depth is greatest at a corner.
 constexpr float kLeastBendLength = 2.0f;
 constexpr int kMostBendLevels = 8;
 

@@ -399,6 +399,7 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const I is_rough = b->is_asked ? I{} : touches & is_fine & (I)(field_error > in.most_field_error_m);
     const I opens = is_large | is_rough;
     const I is_kept = is_part & ~opens;
+    // The larger of two errors is reduced: the field's own by its triangles, else the patch's by opening it.
     b->open |= Bits(opens) << at;
     b->read_exactly |= Bits(is_rough | (is_large & (I)(field_share > 0.5f * share))) << at;
     b->touches |= Bits(touches) << at;

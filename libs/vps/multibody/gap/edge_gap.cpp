@@ -7,11 +7,10 @@ namespace vps {
 namespace {
 
 constexpr int kHalvings = 4;  // of the way between two places above different faces, to find those that are neighbours
-constexpr double kParallel = kSlope * kSlope;  // of edges, as kSlope of faces: sine, squared
 
 bool IsSameFace(const NearestFacet& a, const NearestFacet& b) {
   const glm::dvec3 e = glm::cross(a.normal, b.normal);
-  return glm::dot(e, e) < kSameFace;
+  return glm::dot(e, e) < kAlong;
 }
 bool MeetInAConvexEdge(const NearestFacet& a, const NearestFacet& b) {
   const auto is_below = [](const NearestFacet& one, const NearestFacet& other) {
@@ -50,8 +49,7 @@ class EdgePiece {
     const glm::dvec3& p = place_.p;
     const glm::dvec3 e = glm::cross(a.normal, b.normal);
     const glm::dvec3 across = glm::cross(place_.along, e);
-    if (IsSameFace(a, b) || !MeetInAConvexEdge(a, b) || glm::dot(across, across) < kParallel * glm::dot(e, e))
-      return {};
+    if (IsSameFace(a, b) || !MeetInAConvexEdge(a, b) || glm::dot(across, across) < kAlong * glm::dot(e, e)) return {};
     // A point of G's edge: q = p + (ha (b x e) + hb (e x a)) / e^2 with the planes' heights over p.
     const double ha = glm::dot(a.place - p, a.normal);
     const double hb = glm::dot(b.place - p, b.normal);

@@ -8,8 +8,6 @@ namespace vps {
 // Pieces of an edge are searched beyond their ends: where an edge of G passes under the common end of two, each sees
 // the faces on both sides of it. From as far as kClear above an edge of G both are equally near (not derived).
 constexpr double kEdgeOverlap = 1.5;
-// Faces whose normals differ by less are one: sine, squared.
-constexpr double kSameFace = 1e-4;
 
 // An edge of S over an edge of G: the gap, and the face of G whose normal is nearer to the gap's.
 struct EdgeCrossing {

@@ -60,7 +60,9 @@ struct GapScene {
 constexpr double kExactWithin = static_cast<double>(kMostFieldError);
 // From a point this much off the surface it is clear which face, edge or corner of G is below.
 constexpr double kClear = 0.02;
-constexpr double kSlope = 1e-3;  // faces with less between them are along each other
+// Faces and edges with less between them are along each other; likewise as a sine, squared.
+constexpr double kSlope = 1e-3;
+constexpr double kAlong = kSlope * kSlope;
 constexpr int kMostHops = 5;
 
 // A place of S as G sees it.

@@ -46,7 +46,7 @@ Gap OverOtherFace(const PlaceInG& place, const Gap& least, const NearestFacet& f
   const glm::dvec3 across = gap.OnG() - least.OnG();
   const glm::dvec3 turn = glm::cross(gap.n, least.n);
   gap.is_found =
-      glm::dot(turn, turn) > kSameFace && glm::dot(across, least.n) > -kOnPlane && glm::dot(across, gap.n) < kOnPlane;
+      glm::dot(turn, turn) > kAlong && glm::dot(across, least.n) > -kOnPlane && glm::dot(across, gap.n) < kOnPlane;
   return gap;
 }
 
