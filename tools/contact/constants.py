@@ -216,10 +216,11 @@ def sensitivities(by_factor, scatter):
 
 
 def scatter_text(scatter):
-    queries = list(dict.fromkeys(key[0] for key in scatter))
-    by_queries = [f"{q} " + ", ".join(f"{name} {100.0 * scatter[q, name]:.3g} %" for name in FIGURES if scatter[q, name] > LEAST_SCATTER)
-                  for q in queries if any(scatter[q, name] > LEAST_SCATTER for name in FIGURES)]
-    return f"{100.0 * LEAST_SCATTER:.0f} %, but " + "; ".join(by_queries) if by_queries else f"{100.0 * LEAST_SCATTER:.0f} %"
+    larger = collections.defaultdict(list)
+    for (queries, name), value in scatter.items():
+        if value > LEAST_SCATTER:
+            larger[queries].append(f"{name} {100.0 * value:.3g} %")
+    return "; ".join(f"{queries} {', '.join(texts)}" for queries, texts in larger.items()) or "none is larger"
 
 
 def table(rows, found, scatter):
@@ -241,7 +242,7 @@ def table(rows, found, scatter):
 def page(root):
     rows = read_rows(root / CSV)
     count = collections.Counter(row["kind"] for row in rows)
-    unnamed = sum(is_unnamed(row) and row["kind"] in CHOSEN for row in rows)
+    unnamed = sum(is_unnamed(row) and row["kind"] in CHOSEN for row in rows) or "none"
     lines = [
         "# Constants of the contact engine",
         "",
@@ -256,7 +257,8 @@ def page(root):
     lines += [f"| {kind} | {what} | {count[kind]} |" for kind, what in KINDS.items()]
     lines += [
         "",
-        f"Chosen without a name of its own, and quoted with the expression in which it stands: {unnamed}.",
+        f"Chosen by measuring or by judgement are the first four kinds: {sum(count[kind] for kind in CHOSEN)}; {unnamed} without a name, quoted with the",
+        "expression in which they stand.",
         "",
         "The last columns below: each chosen constant halved and doubled, alone, and what becomes of the figures of the training parts",
         "(`oos bench vps --pair training`) relative to those with the constant as it is: p50, p99 and worst error, share of estimates that",
@@ -264,8 +266,9 @@ def page(root):
         "*planes* of bodies and *gaps* of tools after a motion of 30 µm (places: how many planes). *Nothing*: no figure of any row differs in",
         "any digit. Tests: those of the constant's room that no longer hold.",
         "",
-        "A hundred poses scatter: which patch is opened last decides digits. Changes are named where they are larger than any that a change of",
-        f"1 % of any one constant makes, and than {100.0 * LEAST_SCATTER:.0f} %: {scatter_text(scatter_of(measured(root)))}. Smaller ones: *scatter*.",
+        "A hundred poses scatter: which patch is opened last decides digits. A change is named where it is larger than",
+        f"{100.0 * LEAST_SCATTER:.0f} %, and than any that a change of 1 % of any one constant makes ({scatter_text(scatter_of(measured(root)))}). Smaller",
+        "ones: *scatter*.",
         "",
     ]
     found = measured(root)
