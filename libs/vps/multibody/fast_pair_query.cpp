@@ -139,7 +139,7 @@ struct Deepest {
 // leave 1 - s of it, their number goes with 1 / (1 - s), and s (1 - s) is greatest at one half.
 //
 // An offset that fails is halved, and waits, since a query that proves nothing is lost; one that is proven is doubled.
-// The motion of one as small as unfelt_m is not worth a proof.
+// One as small as unfelt_m is not worth a proof: the search starts anew. While S touches nothing is tried.
 const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_GS, const SurfaceGoal& goal,
                                     double unfelt_m, FastPairScratch* scratch) {
   constexpr double kHalf = 0.5;
@@ -382,7 +382,7 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
   // How much the samples alone decide: wholly while their error is at most the wanted one, not at all from twice it on.
   const double sureness = std::clamp(2.0 - error.sum_m3() / wanted_of_samples_m3, 0.0, 1.0);
-  // With the stiffness as it is, no contact of that depth is felt either.
+  // The force is at most the stiffness times the depth (AreaScale): up to this one it is negligible.
   const double unfelt_m = pair.negligible_N / std::max(pair.stiffness_N_per_m, 1e-9);
   scratch->places_read = 0;
   const SurfaceWalk::Result& surface =
