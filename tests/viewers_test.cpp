@@ -180,6 +180,76 @@ TEST_P(Walls, ShowTheSameStateNoMoreThanAFrameApart) {
   EXPECT_LE(walls.num_other_states, walls.num_common / 50) << "a wall may not yet have said which states it keeps";
 }
 
+// The left wall, played by the test: it says that it has drawn a frame some time after the first wall has drawn its
+// own.
+class SlowWall {
+ public:
+  static constexpr std::int64_t kSlower_ns = 20'000'000;  // well below Barrier::kPatience_ns
+
+  core::Result<void> Join(const std::string& registry) {
+    bus::NodeOptions options;
+    options.name = "visual_node-left";
+    options.registry = registry;
+    options.session = kSession;
+    options.is_encrypted = false;
+    auto node = bus::Node::Create(options);
+    if (!node) return tl::unexpected(node.error());
+    node_ = std::move(*node);
+    writer_ = node_->WriteLatest<core::WallState>(bus::WallStateTopic("cave", "left"));
+    named_ = &node_->ReadLatest<core::WallFrame>(bus::WallFrameTopic("cave"));
+    first_ = &node_->ReadLatest<core::WallState>(bus::WallStateTopic("cave", "front"));
+    return node_->Start();
+  }
+
+  void Play() {
+    node_->Poll();
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    if (first_->value().frame > drawn_by_first_) {
+      drawn_by_first_ = first_->value().frame;
+      drawn_ns_ = now_ns;
+    }
+    if (named_->value().shown > said_.frame) {
+      ++num_passed_;
+      said_.frame = named_->value().shown;
+    } else if (drawn_by_first_ > said_.frame && now_ns - drawn_ns_ >= kSlower_ns) {
+      ++num_awaited_;
+      said_.frame = drawn_by_first_;
+    }
+    writer_.Send(said_);
+  }
+
+  void Forget() { num_awaited_ = num_passed_ = 0; }
+  [[nodiscard]] int num_awaited() const { return num_awaited_; }
+  [[nodiscard]] int num_passed() const { return num_passed_; }  // all were to show it before this one had drawn it
+
+ private:
+  std::unique_ptr<bus::Node> node_;
+  bus::LatestWriter<core::WallState> writer_;
+  const bus::LatestReader<core::WallFrame>* named_ = nullptr;
+  const bus::LatestReader<core::WallState>* first_ = nullptr;
+  core::WallState said_;
+  std::uint64_t drawn_by_first_ = 0;
+  std::int64_t drawn_ns_ = 0;
+  int num_awaited_ = 0, num_passed_ = 0;
+};
+
+TEST_P(Walls, AwaitTheSlowestOfThem) {
+  SlowWall left;
+  ASSERT_TRUE(left.Join(registry_->endpoint()));
+  StartWall("front");
+  ASSERT_TRUE(PublishUntil([&] {
+    left.Play();
+    return Figure("visual_node-front", "walls_in_step") == 2;
+  }));
+  left.Forget();
+  ASSERT_TRUE(PublishUntil([&] {
+    left.Play();
+    return left.num_awaited() + left.num_passed() >= 50;
+  }));
+  // On a busy machine a wall may seem to be gone for a moment.
+  EXPECT_LE(left.num_passed(), 5);
+}
+
 TEST_P(Walls, GoOnWithoutADeadWallAndTakeItInAgain) {
   for (const char* wall : {"front", "left", "right"}) ASSERT_TRUE(Shows(StartWall(wall)));
   ASSERT_TRUE(AreInStep(3));
