@@ -87,12 +87,12 @@ class PointGrid {
     }
   }
 
+  // Cells that are neighbours along x have neighbouring buckets: searches go row by row.
   [[nodiscard]] std::size_t Bucket(const glm::ivec3& c) const {
-    std::uint64_t h = static_cast<std::uint32_t>(c.x) * 0x9e3779b97f4a7c15ULL;
-    h ^= static_cast<std::uint32_t>(c.y) * 0xc2b2ae3d27d4eb4fULL;
+    std::uint64_t h = static_cast<std::uint32_t>(c.y) * 0xc2b2ae3d27d4eb4fULL;
     h ^= static_cast<std::uint32_t>(c.z) * 0x165667b19e3779f9ULL;
     h ^= h >> 29;
-    return static_cast<std::size_t>(h * 0xbf58476d1ce4e5b9ULL >> 20) & mask_;
+    return (static_cast<std::size_t>(h * 0xbf58476d1ce4e5b9ULL >> 20) + static_cast<std::uint32_t>(c.x)) & mask_;
   }
 
   struct Item {

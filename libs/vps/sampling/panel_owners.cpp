@@ -1,6 +1,7 @@
 #include "vps/sampling/panel_owners.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "vps/pointshell/point_grid.hpp"
 
@@ -31,23 +32,26 @@ struct Nearest {
 };
 
 std::uint32_t OwnerOf(const SurfacePanel& panel, const Places& places, const PointGrid& grid) {
-  for (const double reach : kOfFace) {
-    const double reach_m = reach * places.spacing_m;
-    Nearest nearest;
-    grid.ForNear(panel.centroid_m, reach_m, [&](std::uint32_t i) {
-      if (glm::dot(places.normals[i], panel.normal) < kSameFace) return;
-      const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
-      const double across = kAcross * glm::dot(panel.normal, r);
-      nearest.Meet(i, glm::dot(r, r) + across * across);
-    });
-    // Points out of the search's reach are farther.
-    if (nearest.squared_m2 <= reach_m * reach_m) return nearest.point;
-  }
   Nearest nearest;
-  grid.ForNear(panel.centroid_m, kOfAny * places.spacing_m, [&](std::uint32_t i) {
-    const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
-    nearest.Meet(i, glm::dot(r, r));
-  });
+  // Points out of a search's reach are farther.
+  const auto has_found = [&](double reach, const auto& squared_of) {
+    const double reach_m = reach * places.spacing_m;
+    nearest = {};
+    grid.ForNear(panel.centroid_m, reach_m,
+                 [&](std::uint32_t i) { nearest.Meet(i, squared_of(i, places.points_m[i] - panel.centroid_m)); });
+    return nearest.squared_m2 <= reach_m * reach_m;
+  };
+  const auto of_face = [&](std::uint32_t i, const glm::dvec3& r) {
+    if (glm::dot(places.normals[i], panel.normal) < kSameFace) return std::numeric_limits<double>::infinity();
+    const double across = kAcross * glm::dot(panel.normal, r);
+    return glm::dot(r, r) + across * across;
+  };
+  for (const double reach : kOfFace) {
+    if (has_found(reach, of_face)) return nearest.point;
+  }
+  for (const double reach : {kOfFace[0], kOfFace[1], kOfAny}) {
+    if (has_found(reach, [](std::uint32_t, const glm::dvec3& r) { return glm::dot(r, r); })) break;
+  }
   return nearest.point;
 }
 

@@ -20,7 +20,8 @@ void ExpectNearestOfTheirFace(const TriangleMesh& mesh, std::uint32_t num_points
     places.points_m.push_back(samples->points_m[i]);
     places.normals.push_back(glm::normalize(-samples->inward_normals[i]));
   }
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, 0.6 * places.spacing_m);
+  const double longest_m = 0.6 * places.spacing_m;
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, longest_m, CountPanels(mesh, longest_m));
   const std::vector<std::uint32_t> owners = FindOwners(panels, places, nullptr);
   std::size_t num_compared = 0;
   for (std::size_t k = 0; k < panels.size(); ++k) {

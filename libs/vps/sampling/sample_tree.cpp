@@ -77,12 +77,4 @@ core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, st
   return estimate;
 }
 
-core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
-                                         const std::function<void(std::string_view, double)>& progress,
-                                         core::ParallelFor* workers) {
-  const auto samples = SampleSurface(mesh, num_points, progress, workers);
-  if (!samples) return tl::unexpected(samples.error());
-  return BuildSampleTree(*samples);
-}
-
 }  // namespace vps

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <glm/glm.hpp>
-#include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
@@ -39,10 +37,5 @@ struct SampleTreeEstimate {
   double peak_bytes = 0.0;    // while it is built, it included, mesh not
 };
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points);
-
-// Samples a surface. Errors: SampleSurface.
-core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
-                                         const std::function<void(std::string_view, double)>& progress = {},
-                                         core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

@@ -40,8 +40,8 @@ std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, double longest_m,
   return begins;
 }
 
-std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers) {
-  const std::vector<std::size_t> begins = CountPanels(mesh, longest_m, workers);
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, std::span<const std::size_t> begins,
+                                     core::ParallelFor* workers) {
   std::vector<SurfacePanel> panels(begins.back());
   core::ForEach(workers, begins.size() - 1, [&](std::size_t block) {
     std::size_t at = begins[block];

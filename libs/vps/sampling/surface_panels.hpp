@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "core/parallel_for.hpp"
@@ -18,8 +19,9 @@ struct SurfacePanel {
 };
 
 // The surface cut into panels whose longest side is at most `longest_m` (CutTriangle): areas and centroids are exact,
-// so that sums over panels are. Triangles without area are left out.
-std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers = nullptr);
+// so that sums over panels are. Triangles without area are left out. `begins`: of CountPanels.
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, std::span<const std::size_t> begins,
+                                     core::ParallelFor* workers = nullptr);
 
 // The number of the first panel of each block of triangles, and at last of all panels, without storing them.
 std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, double longest_m, core::ParallelFor* workers = nullptr);

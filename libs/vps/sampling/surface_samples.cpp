@@ -71,12 +71,8 @@ core::Result<double> Spacing_m(const TriangleMesh& mesh, std::uint32_t num_point
   return std::sqrt(area_m2 / num_points);
 }
 
-}  // namespace
-
-core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points, core::ParallelFor* workers) {
-  const auto spacing_m = Spacing_m(mesh, num_points);
-  if (!spacing_m) return tl::unexpected(spacing_m.error());
-  const std::size_t num_panels = CountPanels(mesh, kPanelSize * *spacing_m, workers).back();
+// Errors: more than are allowed.
+core::Result<double> BytesOf(std::size_t num_panels, std::uint32_t num_points) {
   // A panel and its owner; of a point its candidates with their heap and grid, before there are panels.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + sizeof(std::uint32_t);
   constexpr double kBytesPerPoint = 500.0;
@@ -90,15 +86,26 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
   return core::Fail(core::ErrorCode::kResource, text);
 }
 
+}  // namespace
+
+core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points, core::ParallelFor* workers) {
+  const auto spacing_m = Spacing_m(mesh, num_points);
+  if (!spacing_m) return tl::unexpected(spacing_m.error());
+  return BytesOf(CountPanels(mesh, kPanelSize * *spacing_m, workers).back(), num_points);
+}
+
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points, const Progress& progress,
                                            core::ParallelFor* workers) {
-  if (const auto bytes = SamplingBytes(mesh, num_points, workers); !bytes) return tl::unexpected(bytes.error());
+  const auto spacing_m = Spacing_m(mesh, num_points);
+  if (!spacing_m) return tl::unexpected(spacing_m.error());
+  const std::vector<std::size_t> begins = CountPanels(mesh, kPanelSize * *spacing_m, workers);
+  if (const auto bytes = BytesOf(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
   auto shell = BuildPointshell(mesh, num_points, progress, workers);
   if (!shell) return tl::unexpected(shell.error());
-  Places places{std::move(shell->points_m), std::move(shell->inward_normals), *Spacing_m(mesh, num_points)};
+  Places places{std::move(shell->points_m), std::move(shell->inward_normals), *spacing_m};
   for (glm::dvec3& normal : places.normals) normal = -normal;
   if (progress) progress("points: panels", 0.0);
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, kPanelSize * places.spacing_m, workers);
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, kPanelSize * *spacing_m, begins, workers);
 
   std::vector<std::uint32_t> owners;
   std::vector<Cell> cells;

@@ -14,7 +14,7 @@ using Kind = TouchPlace::Kind;
 
 // Kinds, places and turns stay when the tree is gone.
 TouchPoints TouchPointsOf(const TriangleMesh& mesh, std::uint32_t num_points) {
-  const SampleTree samples = *BuildSampleTree(mesh, num_points);
+  const SampleTree samples = BuildSampleTree(*SampleSurface(mesh, num_points));
   const SurfaceTree surface = BuildSurfaceTree(mesh, 4.0 * std::sqrt(samples.area_m2 / num_points));
   return FindTouchPoints(samples, surface);
 }

@@ -12,7 +12,7 @@ namespace {
 // Fillers of the tree must not be taken for spheres, since they have no children.
 TEST(BoundFreeDistance, IsBelowTheDistanceNearAndFar) {
   const DistanceField field = *BuildField(MakeSphere(0.02, 16), 0.001);
-  const SampleTree tree = *BuildSampleTree(MakeSphere(0.02, 16), 300);
+  const SampleTree tree = BuildSampleTree(*SampleSurface(MakeSphere(0.02, 16), 300));
   ASSERT_EQ(tree.num_levels, 2U);
   for (const double distance_m : {0.1, 300.0, 2e6}) {
     WalkInput in = MakeFieldInput(field, {{1.0, 0.0, 0.0, 0.0}, {distance_m, 0.0, 0.0}});
