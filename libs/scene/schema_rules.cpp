@@ -281,10 +281,8 @@ std::vector<ElementRule> MakeRules() {
       DeviceRule(),
       OptionRule(),
       {"pair",
-       "changes the parameters of a contact pair or removes it; a is sampled if it has points, but where the points "
-       "and "
-       "voxels of both are chosen, as is then the sampled one; accuracy and "
-       "budget_us: as of run",
+       "changes the parameters of a contact pair or removes it; a is sampled if it has points; where voxels and points "
+       "of both are chosen, so is which one is sampled; accuracy and budget_us: as of run",
        {Required("a", ValueKind::kName),
         Required("b", ValueKind::kName),
         Optional("stiffness_N_per_m", kAboveZero),

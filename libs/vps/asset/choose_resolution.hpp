@@ -38,13 +38,12 @@ struct ChosenVoxel {
 
 // The voxel size s of G's field against S: the least of
 //  * what shows G's thinnest wall and narrowest gap (LimitsOf): of `fast` half of it, as one voxel shows it and two
-//  give
-//    it an inside between; of `paper` 1 / (2 sqrt 3) of it, with which it has an inside already;
+//    give it an inside between; of `paper` 1 / (2 sqrt 3) of it, with which it has an inside already;
 //  * where a wall of one fits into a gap of the other with clearance c = (gap - wall) / 2 on each side, half of what
 //    keeps the clearance free (LimitsOf; the factor of two is not derived): 5 c of `fast`, 0.29 c of `paper`;
 //  * there, of `fast`, 25 accuracy c: the field's mean error is at most 0.01 s
-//  (docs/performance/vps/field_accuracy.csv),
-//    which is the wanted share of a mean depth of c / 4. How deep such a part is pressed is not derived;
+//    (docs/performance/vps/field_accuracy.csv), which is the wanted share of a mean depth of c / 4. How deep such a
+//    part is pressed is not derived;
 //  * 1/256 of G's longest side (not derived).
 // No finer than 2,000,000 voxels on G's surface, or of `paper` 50,000,000 in its box: some 150 MB and ten seconds of
 // one core (not derived); `reason` says when that ends it.

@@ -19,7 +19,7 @@ namespace vps {
 //   24      8      payload size in bytes
 //   32      8      xxHash3 of the payload
 //   40      ...    payload: flags, bounding sphere, then what the flags name: voxelmap, point tree, distance
-//                  field with its bends, sample tree with the surface; arrays as u64 count + elements
+//                  field with its bends, sample tree, the coarser ones, the surface; arrays as u64 count + elements
 constexpr std::uint32_t kCookedFormatVersion = 34;
 
 // Key of a cache entry: the content address.

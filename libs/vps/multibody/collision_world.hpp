@@ -24,7 +24,7 @@ struct ObjectDescription {
 };
 
 // S's points against G's field. Groups are resolved into pairs by libs/scene. Defaults are those of scenarios that set
-// nothing; not derived.
+// nothing (most_places: their 60 us, rounded); not derived.
 struct PairDescription {
   std::uint16_t sampled = 0;
   std::uint16_t field = 0;

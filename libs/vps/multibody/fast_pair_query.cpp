@@ -195,8 +195,8 @@ double Negligible_m3(const FastPair& parts, const PairDescription& pair, double 
 constexpr double kBetweenSamples = 0.25;  // not derived
 
 // The error of the samples' estimate: by_cells, what they miss at the border of the contact, and what fits between
-// them: the area of one times kBetweenSamples of its radius; by_field, the field's mean error where they touch over the
-// area that does.
+// them: the area of one times kBetweenSamples of its radius; by_field, kConfidence times the field's mean error where
+// they touch, over the area that carries.
 struct SampleError {
   double by_cells_m3 = 0.0;
   double by_field_m3 = 0.0;

@@ -87,7 +87,8 @@ inline double AreaScale(double volume_m3, double square_m4, double area_m2, doub
 double QueryFastPair(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS, const PairDescription& pair,
                      double rho, FastPairScratch* scratch, PairResult* result);
 
-// The margin of its walk: the look-ahead, but at least so much that every sample is near whose patch can be in contact.
+// The margin of its walk: the look-ahead, but at least the radius of a usual patch, so that the samples of nearly all
+// patches that can be in contact are near.
 double WalkMargin_m(const SampleTree& sampled, double look_ahead_m);
 
 // The same in parts: scratch->walk.Prepare with that margin, its chunks, scratch->found = its Finish, then this.

@@ -6,7 +6,7 @@
 
 namespace vps {
 
-// FinishFastPair's counterpart, after a walk of touch.tree with the look-ahead as margin. result->planes are the
+// FinishFastPair's counterpart, after a walk of touch.tree with WalkMargin_m. result->planes are the
 // nearest of gaps->planes.
 double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core::Pose& X_WS, const core::Pose& X_GS,
                      const PairDescription& pair, double rho, FastPairScratch* scratch, GapPlanes* gaps,

@@ -44,11 +44,6 @@ inline double BlockWithHoleDistance(const glm::dvec3& p, double size_m, double h
   return box > 0.0 ? box : std::max(box, hole);
 }
 
-// Depth of a round peg in its hole, both infinitely long and parallel: a shift of the axis beyond the radial clearance.
-inline double PegInHoleDepth(double shift_m, double peg_radius_m, double hole_radius_m) {
-  return std::max(0.0, shift_m - (hole_radius_m - peg_radius_m));
-}
-
 // Force per unit modulus [m^3] along the outward normal of a half space that a flat face of `area_m2` has entered
 // evenly by depth: each part of the face counts its depth.
 inline double PlateOnHalfSpaceForce(double area_m2, double depth_m) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -38,29 +37,6 @@ class PointGrid {
         const bool is_face = std::abs(cell.z - centre.z) == ring || std::abs(cell.y - centre.y) == ring;
         const int step = is_face || ring == 0 ? 1 : 2 * ring;
         for (cell.x = centre.x - ring; cell.x <= centre.x + ring; cell.x += step) ForCell(cell, visit);
-      }
-    }
-  }
-
-  // Calls visit(index) for every point closer than `radius_m` to a box, and few farther ones: row by row, as far along
-  // x as the row's distance from the box leaves of the radius.
-  template <typename Visit>
-  void ForNearBox(const glm::dvec3& lower, const glm::dvec3& upper, double radius_m, Visit&& visit) const {
-    const double reach = radius_m * inverse_cell_ + 1e-6;  // in cells; the excess is against rounding
-    const glm::dvec3 low = lower * inverse_cell_;
-    const glm::dvec3 high = upper * inverse_cell_;
-    const auto first = [](double at) { return static_cast<int>(std::floor(at)); };
-    const auto gap = [&](int axis, int cell) { return std::max({low[axis] - (cell + 1), cell - high[axis], 0.0}); };
-    glm::ivec3 cell;
-    for (cell.z = first(low.z - reach); cell.z <= first(high.z + reach); ++cell.z) {
-      const double gap_z = gap(2, cell.z);
-      for (cell.y = first(low.y - reach); cell.y <= first(high.y + reach); ++cell.y) {
-        const double gap_y = gap(1, cell.y);
-        const double left = reach * reach - gap_z * gap_z - gap_y * gap_y;
-        if (left < 0.0) continue;
-        const double along = std::sqrt(left);
-        const int last = first(high.x + along);
-        for (cell.x = first(low.x - along); cell.x <= last; ++cell.x) ForCell(cell, visit);
       }
     }
   }

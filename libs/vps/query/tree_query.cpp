@@ -95,13 +95,6 @@ inline float SphereFreeDistance(const Field& f, const PairTransform& T, const Cl
 
 }  // namespace
 
-double RootFreeDistance(const PointTree& sampled, const Voxmap& field, const core::Pose& X_GS, double margin_m) {
-  if (sampled.clusters.empty()) return 1e9;
-  const PairTransform T(X_GS, field);
-  return field.voxel_size_m *
-         SphereFreeDistance(MakeField(field), T, sampled.clusters[0], SphereSlack(margin_m, field.voxel_size_m));
-}
-
 QueryResult QueryTree(const PointTree& sampled, const Voxmap& field, const core::Pose& X_GS, double margin_m,
                       QueryScratch* scratch) {
   QueryResult result;

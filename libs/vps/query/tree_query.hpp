@@ -54,8 +54,4 @@ struct QueryResult {
 QueryResult QueryTree(const PointTree& sampled, const Voxmap& field, const core::Pose& X_GS, double margin_m,
                       QueryScratch* scratch);
 
-// Lower bound of the distance by which S can move before any point can reach V >= -margin, from the root sphere alone.
-// Negative or zero: the tree has to be walked.
-double RootFreeDistance(const PointTree& sampled, const Voxmap& field, const core::Pose& X_GS, double margin_m);
-
 }  // namespace vps

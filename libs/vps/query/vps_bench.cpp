@@ -109,14 +109,6 @@ void BM_FlatConforming(benchmark::State& state) {
 }
 BENCHMARK(BM_FlatConforming)->Unit(benchmark::kMicrosecond);
 
-void BM_RootSphere(benchmark::State& state) {
-  const Scene& scene = Light();
-  core::Pose X;
-  X.translation.x = 0.5;
-  for (auto _ : state) benchmark::DoNotOptimize(RootFreeDistance(scene.points, scene.field, X, 0.002));
-}
-BENCHMARK(BM_RootSphere);
-
 void BM_BuildVoxmap32M(benchmark::State& state) {
   const TriangleMesh mesh = MakeBlockWithHole(0.3, 0.3, 0.1, 64);
   for (auto _ : state) benchmark::DoNotOptimize(BuildVoxmap(mesh, 0.001));

@@ -337,8 +337,8 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
       blur = Fma(Fill(kSlopeError), radius, known + known);
     }
     // The greatest depth is above the mean by at most the radius, and by the model's reach. A large patch may have
-    // parts of G near that its centre does not see: all that the field may bend up to its rim, 1/2 |H| r^2, counts
-    // there.
+    // parts of G near that its centre does not see: what the field may bend up to its rim, 1/2 bend.least r^2,
+    // counts there.
     const Vec3 A{LoadF(b->node[kAreaVectorRow] + at), LoadF(b->node[kAreaVectorRow + 1] + at),
                  LoadF(b->node[kAreaVectorRow + 2] + at)};
     const I is_flat = LoadF(b->node[kIsFlatRow] + at) > 0.5f;

@@ -42,8 +42,10 @@ class SurfaceWalk {
     double square_m4 = 0.0;     // integral of its square
     double deepest_m = 0.0;     // greatest depth of what was kept, by the patches' models
     glm::vec3 deepest_p_S{0.0f};
-    double error_m3 = 0.0;     // estimate of |force - the exact one|
-    bool is_accurate = false;  // error_m3 is at most the accuracy times volume_m3; else places or passes ran out
+    double error_m3 = 0.0;  // estimate of |force - the exact one|
+    // error_m3 is at most the greater of the accuracy times volume_m3 and negligible_m3. Else places or passes ran out,
+    // rounding is more, or of a known pair the next pass would not fit into the budget.
+    bool is_accurate = false;
     std::uint64_t patches_inside = 0;
     std::uint64_t places_read = 0;  // in all passes; a search deep inside counts as kPlacesOfSearch
     int passes = 0;

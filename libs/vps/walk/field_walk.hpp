@@ -35,9 +35,10 @@ struct FieldWalkResult {
   double volume_m3 = 0.0;  // integral of the depth
   double square_m4 = 0.0;  // integral of its square
   // Standard deviation of what the samples miss of the integral of the depth. max(d, 0) at a sample is less than the
-  // mean over a cell that the zero level cuts, by e_i (AddMissed in walk_points.hpp). If all e_i had the same sign, the
-  // samples would miss their sum; if each had its own, the root of the sum of their squares. Neighbours along the
-  // border of a contact lie alike for a while: what is missed is between the two, and taken as their geometric mean,
+  // mean over a cell that the zero level cuts, by e_i >= 0 (AddMissed in walk_points.hpp), in the mean over all
+  // positions of the cell. Their sum is what the samples miss then, and the root of the sum of their squares is how far
+  // that scatters if each cell lies by chance. Neighbours along the border of a contact lie alike for a while: the
+  // geometric mean of the two is taken,
   //
   //   sqrt(sum e_i sqrt(sum e_i^2)).
   double missed_m3 = 0.0;
@@ -108,7 +109,7 @@ FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field,
 // The field's part of a kernel's input, with the transform of the points; everything else is zero.
 WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS);
 
-// Point of S in G's voxels, and the direction from there.
+// A point of S (mesh frame, m) in G's voxels.
 struct FieldTransform {
   FieldTransform(const core::Pose& X_GS, const DistanceField& field);
   float m[3][3];

@@ -200,7 +200,8 @@ void StudySteps(Report* report) {
              "range of the force, of its mean",
              "<= 5 %",
              {},
-             "the force grows with the number of points (Eq. 2)"};
+             "`paper`: the force grows with the number of points (Eq. 2); `fast`: a scenario asks for a tenth of the "
+             "integral of depth, and few samples give it"};
   const auto on_planes = OfVariants(SlideOnPlanes);
   const auto on_curves = OfVariants(SlideOnCurves);
   const auto of_hand = OfVariants(SlideOfHand);
