@@ -68,6 +68,7 @@ constexpr float kBendStep = 2.0f / 32767.0f;
 // Voxels, of the finest level, which FindBend counts from: below it the field is nearly one plane, and over a flat
 // patch the depth is greatest at a corner.
 constexpr float kLeastBendLength = 2.0f;
+static_assert(kLeastBendLength >= 2.0f);  // the finest level has cells of two voxels
 constexpr int kMostBendLevels = 8;
 
 // The factors of the estimate, each on a term that README.md derives; chosen on the training workloads of
