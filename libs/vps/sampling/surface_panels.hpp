@@ -19,7 +19,8 @@ struct SurfacePanel {
 };
 
 // The surface cut into panels whose longest side is at most `longest_m` (CutTriangle): areas and centroids are exact,
-// so that sums over panels are. Triangles without area are left out. `begins`: of CountPanels.
+// so that sums over panels are. Triangles without area are left out. `begins`: of CountPanels with
+// the same mesh and length.
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, double longest_m, std::span<const std::size_t> begins,
                                      core::ParallelFor* workers = nullptr);
 

@@ -36,8 +36,8 @@ struct FieldWalkResult {
   double square_m4 = 0.0;  // integral of its square
   // Standard deviation of what the samples miss of the integral of the depth. max(d, 0) at a sample is less than the
   // mean over a cell that the zero level cuts, by e_i >= 0 (AddMissed in walk_points.hpp), in the mean over all
-  // positions of the cell. Their sum is what the samples miss then, and the root of the sum of their squares is how far
-  // that scatters if each cell lies by chance. Neighbours along the border of a contact lie alike for a while: the
+  // positions of the cell. Their sum is what the samples miss then; it scatters by about the root of the sum of
+  // their squares if each cell lies by chance. Neighbours along the border of a contact lie alike for a while: the
   // geometric mean of the two is taken,
   //
   //   sqrt(sum e_i sqrt(sum e_i^2)).
