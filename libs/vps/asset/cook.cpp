@@ -59,25 +59,40 @@ double LongestPatch_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);
 }
 
-// The sampled side of `fast`.
+// The sampled side of `fast`. One worker thins the finest blue noise, in order; beside it the others make the coarser
+// samples, one level each. All share the rest of the finest.
 core::Result<void> AddSamples(const TriangleMesh& solid, std::uint32_t num_points, const Progress& progress,
                               core::ParallelFor* workers, CookedObject* object) {
-  std::vector<SurfaceSamples> levels;  // from fine to coarse
-  for (std::uint32_t n = num_points; levels.empty() || n >= kFewestSamples; n /= 4) {
-    auto samples = SampleSurface(solid, n, progress, workers);
-    if (!samples) return tl::unexpected(samples.error());
-    levels.push_back(std::move(*samples));
-  }
-  if (progress) progress("points: trees", 0.0);
-  object->samples.emplace();
-  object->coarser.resize(levels.size() - 1);
-  object->surface.emplace();
-  // One worker builds one of them; the surface takes longest.
+  const auto plan = PlanSampling(solid, num_points, workers);
+  if (!plan) return tl::unexpected(plan.error());
+  std::vector<std::uint32_t> coarser;
+  for (std::uint32_t n = num_points / 4; n >= kFewestSamples; n /= 4) coarser.push_back(n);
+  core::Result<Pointshell> shell;
+  std::vector<core::Result<SurfaceSamples>> levels(coarser.size());
   core::ForEach(workers, levels.size() + 1, [&](std::size_t i) {
     if (i == 0) {
-      *object->surface = BuildSurfaceTree(solid, LongestPatch_m(SurfaceArea_m2(solid), num_points));
+      shell = BuildPointshell(solid, num_points, progress);
     } else {
-      (i == 1 ? *object->samples : object->coarser[i - 2]) = BuildSampleTree(levels[i - 1]);
+      levels[i - 1] = SampleSurface(solid, coarser[i - 1]);
+    }
+  });
+  if (!shell) return tl::unexpected(shell.error());
+  const SurfaceSamples finest = SpreadSamples(solid, *plan, std::move(*shell), progress, workers);
+  if (progress) progress("points: trees", 0.0);
+  object->samples.emplace();
+  object->surface.emplace();
+  for (const auto& level : levels) {
+    if (!level) return tl::unexpected(level.error());
+    object->coarser.emplace_back();
+  }
+  // One worker builds one of them; the surface takes longest.
+  core::ForEach(workers, levels.size() + 2, [&](std::size_t i) {
+    if (i == 0) {
+      *object->surface = BuildSurfaceTree(solid, LongestPatch_m(SurfaceArea_m2(solid), num_points));
+    } else if (i == 1) {
+      *object->samples = BuildSampleTree(finest);
+    } else {
+      object->coarser[i - 2] = BuildSampleTree(*levels[i - 2]);
     }
   });
   if (progress) progress("points: trees", 1.0);

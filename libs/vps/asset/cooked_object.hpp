@@ -54,7 +54,8 @@ struct CookedObject {
   }
 };
 
-// Stage name and fraction done in [0, 1]; called from the building thread, a few hundred times at most.
+// Stage name and fraction done in [0, 1]; called a few hundred times at most, by one thread at a time, which may be a
+// worker.
 using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 struct CookParameters {

@@ -84,45 +84,44 @@ VPS_WIDE_CLONES float MostAboveBrick(const Plane& plane, const DistanceField& fi
 
 class Bounds {
  public:
-  Bounds(DistanceField* field, core::ParallelFor* workers)
+  explicit Bounds(const DistanceField& field)
       : field_(field),
-        workers_(workers),
-        n_(field->nx >> field->coarse_shift, field->ny >> field->coarse_shift, field->nz >> field->coarse_shift),
-        side_(1 << field->coarse_shift),
-        fall_(field->coarse.size(), kNone) {}
+        n_(field.nx >> field.coarse_shift, field.ny >> field.coarse_shift, field.nz >> field.coarse_shift),
+        side_(1 << field.coarse_shift),
+        fall_(field.coarse.size(), kNone) {}
 
-  void Find() {
+  std::vector<CoarseCell> Find() {
     // Farther cells are culled by the distance at their centre alone.
     const float near = DistanceField::kBandVoxels + 2.0f * static_cast<float>(side_);
     ForCells([&](const glm::ivec3& c, std::size_t i) {
-      if (std::abs(field_->coarse[i].distance) < near) fall_[i] = OwnFall(c);
+      if (std::abs(field_.coarse[i].distance) < near) fall_[i] = OwnFall(c);
     });
-    const std::vector<float> voxel_falls = FindVoxelFalls(*field_, workers_);
-    std::vector<CoarseCell> bounded = field_->coarse;
+    const std::vector<float> voxel_falls = FindVoxelFalls(field_);
+    std::vector<CoarseCell> bounded = field_.coarse;
     ForCells([&](const glm::ivec3& c, std::size_t i) {
       const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, kWideMargin));
       const auto bits = std::bit_cast<std::uint32_t>(bounded[i].distance);
       bounded[i].distance = std::bit_cast<float>((bits & 0xffffff00U) | wide);
       bounded[i].gradient = (bounded[i].gradient & 0xffffffU) | Code(voxel_falls[i]) << 24;
     });
-    field_->coarse = std::move(bounded);
+    return bounded;
   }
 
  private:
   template <class Visit>
   void ForCells(const Visit& visit) const {
-    core::ForEach(workers_, static_cast<std::size_t>(n_.z), [&](std::size_t z) {
-      std::size_t i = z * static_cast<std::size_t>(n_.x) * static_cast<std::size_t>(n_.y);
+    std::size_t i = 0;
+    for (int z = 0; z < n_.z; ++z) {
       for (int y = 0; y < n_.y; ++y) {
-        for (int x = 0; x < n_.x; ++x) visit({x, y, static_cast<int>(z)}, i++);
+        for (int x = 0; x < n_.x; ++x) visit({x, y, z}, i++);
       }
-    });
+    }
   }
   [[nodiscard]] std::size_t Index(const glm::ivec3& c) const {
     return (static_cast<std::size_t>(c.z) * n_.y + c.y) * n_.x + c.x;
   }
   [[nodiscard]] Plane PlaneOf(const glm::ivec3& c) const {
-    const CoarseCell& cell = field_->coarse[Index(c)];
+    const CoarseCell& cell = field_.coarse[Index(c)];
     return {cell.distance, CoarseGradientOf(cell.gradient), (glm::vec3(c) + 0.5f) * static_cast<float>(side_)};
   }
 
@@ -141,11 +140,11 @@ class Bounds {
     for (int z = begin.z; z < begin.z + side_; z += step) {
       for (int y = begin.y; y < begin.y + side_; y += step) {
         for (int x = begin.x; x < begin.x + side_; x += step) {
-          const std::uint32_t brick = field_->bricks[(static_cast<std::size_t>(z >> 3) * (field_->ny >> 3) + (y >> 3)) *
-                                                         static_cast<std::size_t>(field_->nx >> 3) +
-                                                     static_cast<std::size_t>(x >> 3)];
+          const std::uint32_t brick = field_.bricks[(static_cast<std::size_t>(z >> 3) * (field_.ny >> 3) + (y >> 3)) *
+                                                        static_cast<std::size_t>(field_.nx >> 3) +
+                                                    static_cast<std::size_t>(x >> 3)];
           if (brick == 0) continue;  // nothing but coarse cells
-          fall = std::max(fall, MostAboveBrick(plane, *field_, &field_->words[brick], {x, y, z}, step));
+          fall = std::max(fall, MostAboveBrick(plane, field_, &field_.words[brick], {x, y, z}, step));
         }
       }
     }
@@ -178,8 +177,7 @@ class Bounds {
     return code <= 255.0f ? static_cast<std::uint32_t>(code) : 0;
   }
 
-  DistanceField* field_;
-  core::ParallelFor* workers_;
+  const DistanceField& field_;
   glm::ivec3 n_;
   int side_;
   std::vector<float> fall_;
@@ -187,8 +185,8 @@ class Bounds {
 
 }  // namespace
 
-void BoundCells(DistanceField* field, core::ParallelFor* workers) {
-  Bounds(field, workers).Find();
+std::vector<CoarseCell> BoundCells(const DistanceField& field) {
+  return Bounds(field).Find();
 }
 
 }  // namespace vps

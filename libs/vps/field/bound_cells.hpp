@@ -1,13 +1,14 @@
 #pragma once
 
-#include "core/parallel_for.hpp"
+#include <vector>
+
 #include "vps/field/distance_field.hpp"
 
 namespace vps {
 
-// Writes the bounds of the coarse cells (CoarseCell) near the surface, from the field itself. With them a walk can cull
+// The coarse cells with their bounds (CoarseCell) near the surface, from the field itself. With them a walk can cull
 // points that face a surface closely without touching it. Exact but for rounding up: every cell is a plane or planes
-// combined, so the largest differences are at its corners. `workers` may be null; the result is the same.
-void BoundCells(DistanceField* field, core::ParallelFor* workers);
+// combined, so the largest differences are at its corners.
+std::vector<CoarseCell> BoundCells(const DistanceField& field);
 
 }  // namespace vps

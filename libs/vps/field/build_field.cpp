@@ -91,17 +91,20 @@ class FieldBuilder {
                         "the field has more creases than its words can name; use larger voxels");
     }
     bins_ = {};
-    ComputeBrickTraits(*triangles_, &field_);
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
-    field_.facets = PackFacets(
-        *triangles_, static_cast<std::size_t>(FacetsShare(*triangles_) * static_cast<double>(field_.num_bytes())));
-    if (field_.facets.blocks.empty()) {
-      const auto most_bytes = static_cast<std::size_t>(kMostFacetsShare * static_cast<double>(field_.num_bytes()));
-      field_.surface = PackFacets(*triangles_, std::max(most_bytes, kSmallSurface_bytes));
-    }
+    // The triangles are gone through in order, by one worker; another bounds the cells beside it.
+    std::vector<CoarseCell> bounded;
+    core::ForEach(options_.workers, 2, [&](std::size_t i) {
+      if (i == 0) {
+        ComputeBrickTraits(*triangles_, &field_);
+        KeepFacets();
+      } else {
+        bounded = BoundCells(field_);
+      }
+    });
     triangles_.reset();
-    BoundCells(&field_, options_.workers);
+    field_.coarse = std::move(bounded);
     Report("bounds", 1.0);
     return std::move(field_);
   }
@@ -109,6 +112,15 @@ class FieldBuilder {
  private:
   void Report(const char* stage, double fraction) const {
     if (options_.progress) options_.progress(stage, fraction);
+  }
+
+  void KeepFacets() {
+    const auto share_of = [&](double share) {
+      return static_cast<std::size_t>(share * static_cast<double>(field_.num_bytes()));
+    };
+    field_.facets = PackFacets(*triangles_, share_of(FacetsShare(*triangles_)));
+    if (!field_.facets.blocks.empty()) return;
+    field_.surface = PackFacets(*triangles_, std::max(share_of(kMostFacetsShare), kSmallSurface_bytes));
   }
 
   [[nodiscard]] glm::ivec3 GridBricks() const { return glm::ivec3(field_.nx, field_.ny, field_.nz) >> 3; }

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/parallel_for.hpp"
 #include "vps/field/distance_field.hpp"
 
 namespace vps {
@@ -11,7 +10,7 @@ namespace vps {
 // The close bounds of CoarseCell, one for each coarse cell: how far the field lies below the plane of a voxel within
 // kCloseRadius of it, in voxels, or infinity where nothing is known. From the field itself, and exact: every voxel is a
 // plane or planes combined, so the largest differences are at its corners.
-std::vector<float> FindVoxelFalls(const DistanceField& field, core::ParallelFor* workers);
+std::vector<float> FindVoxelFalls(const DistanceField& field);
 
 // Largest value of the plane d + gradient . (p - centre) minus the crease over the box |p - centre| <= half, whose
 // centre lies at `offset` from the middle of the crease's voxel.

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <vector>
+
+#include "core/fixed_vector.hpp"
 
 namespace vps {
 
@@ -29,8 +30,10 @@ class Sliver {
   [[nodiscard]] double length_m() const { return length_; }
   [[nodiscard]] double height_m() const { return glm::length(upwards_); }
   // The polygon between two places along the longest side: three to five corners.
-  [[nodiscard]] std::vector<glm::dvec3> Slice(double x0, double x1) const {
-    std::vector<glm::dvec3> corners = {Bottom(x0), Bottom(x1)};
+  [[nodiscard]] core::FixedVector<glm::dvec3, 5> Slice(double x0, double x1) const {
+    core::FixedVector<glm::dvec3, 5> corners;
+    corners.push_back(Bottom(x0));
+    corners.push_back(Bottom(x1));
     if (x1 < length_) corners.push_back(Bottom(x1) + Share(x1) * upwards_);
     if (x0 < foot_ && foot_ < x1) corners.push_back(apex_);
     if (x0 > 0.0) corners.push_back(Bottom(x0) + Share(x0) * upwards_);
@@ -74,7 +77,7 @@ bool CutTriangle(const std::array<glm::dvec3, 3>& corners, double longest_m, con
   const double step_m = sliver.length_m() / num_slices;
   for (std::uint32_t i = 0; i < num_slices; ++i) {
     const double end_m = i + 1 < num_slices ? (i + 1) * step_m : sliver.length_m();
-    const std::vector<glm::dvec3> slice = sliver.Slice(i * step_m, end_m);
+    const auto slice = sliver.Slice(i * step_m, end_m);
     for (std::size_t k = 2; k < slice.size(); ++k) {
       if (!HalveTriangle(slice[0], slice[k - 1], slice[k], longest_m, take)) return false;
     }

@@ -18,11 +18,13 @@ constexpr double kInPlane = 1e-5;
 // Where the open segment p q pierces the inside of the triangle.
 std::optional<glm::dvec3> Pierce(const glm::dvec3& p, const glm::dvec3& q, const std::array<glm::dvec3, 3>& t) {
   const glm::dvec3 n = glm::cross(t[1] - t[0], t[2] - t[0]);
+  const double of_p = glm::dot(n, p - t[0]);
+  const double of_q = glm::dot(n, q - t[0]);
+  if (!((of_p > 0.0 && of_q < 0.0) || (of_p < 0.0 && of_q > 0.0))) return std::nullopt;  // most segments
   const double area2 = glm::length(n);
-  if (!(area2 > 0.0)) return std::nullopt;
   const double longest = std::max({glm::length(t[1] - t[0]), glm::length(t[2] - t[1]), glm::length(t[0] - t[2])});
-  const double hp = glm::dot(n, p - t[0]) / area2;
-  const double hq = glm::dot(n, q - t[0]) / area2;
+  const double hp = of_p / area2;
+  const double hq = of_q / area2;
   const double margin = kTouch * std::max(longest, glm::length(q - p));
   if (!((hp > margin && hq < -margin) || (hp < -margin && hq > margin))) return std::nullopt;
   const glm::dvec3 x = p + (hp / (hp - hq)) * (q - p);

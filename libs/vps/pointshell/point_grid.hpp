@@ -44,13 +44,10 @@ class PointGrid {
   // Calls visit(index) for every point closer than `radius_m`, and some farther ones.
   template <typename Visit>
   void ForNear(const glm::dvec3& p, double radius_m, Visit&& visit) const {
-    const glm::ivec3 lower = CellOf(p - radius_m);
     const glm::ivec3 upper = CellOf(p + radius_m);
-    glm::ivec3 cell;
-    for (cell.z = lower.z; cell.z <= upper.z; ++cell.z) {
-      for (cell.y = lower.y; cell.y <= upper.y; ++cell.y) {
-        for (cell.x = lower.x; cell.x <= upper.x; ++cell.x) ForCell(cell, visit);
-      }
+    glm::ivec3 cell = CellOf(p - radius_m);
+    for (const int first_y = cell.y; cell.z <= upper.z; ++cell.z) {
+      for (cell.y = first_y; cell.y <= upper.y; ++cell.y) ForRow(cell, upper.x, visit);
     }
   }
 
@@ -60,6 +57,22 @@ class PointGrid {
     const std::size_t bucket = Bucket(cell);
     for (std::uint32_t k = starts_[bucket]; k < starts_[bucket + 1]; ++k) {
       if (items_[k].cell == cell) visit(items_[k].point);  // other cells may share the bucket
+    }
+  }
+
+  // Of the cells from `first` along x to `last_x`. Their buckets, and so their points, are side by side, but where the
+  // table ends.
+  template <typename Visit>
+  void ForRow(const glm::ivec3& first, int last_x, Visit&& visit) const {
+    const std::size_t begin = Bucket(first);
+    const std::size_t end = begin + static_cast<std::size_t>(last_x - first.x) + 1;
+    if (end >= starts_.size()) {
+      for (glm::ivec3 cell = first; cell.x <= last_x; ++cell.x) ForCell(cell, visit);
+      return;
+    }
+    for (std::uint32_t k = starts_[begin]; k < starts_[end]; ++k) {
+      const glm::ivec3& cell = items_[k].cell;
+      if (cell.y == first.y && cell.z == first.z && first.x <= cell.x && cell.x <= last_x) visit(items_[k].point);
     }
   }
 

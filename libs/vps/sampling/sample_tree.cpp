@@ -66,14 +66,14 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
 }
 
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points) {
-  const auto sampling_bytes = SamplingBytes(mesh, num_points);
-  if (!sampling_bytes) return tl::unexpected(sampling_bytes.error());
+  const auto plan = PlanSampling(mesh, num_points);
+  if (!plan) return tl::unexpected(plan.error());
   // Each sphere block holds sixteen blocks of points, and the levels above a fifteenth of that.
   constexpr double kBlockBytes = sizeof(PointBlock) + sizeof(SphereBlock) * (1.0 / kBlock) * (1.0 + 1.0 / 15.0);
   const double num_blocks = std::ceil(static_cast<double>(num_points) / kBlock);
   SampleTreeEstimate estimate;
   estimate.stored_bytes = kBlockBytes * num_blocks + sizeof(SphereBlock) * SampleTree::kMaxLevels;
-  estimate.peak_bytes = *sampling_bytes + estimate.stored_bytes;
+  estimate.peak_bytes = plan->bytes + estimate.stored_bytes;
   return estimate;
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "vps/pointshell/pointshell.hpp"
 #include "vps/sampling/panel_owners.hpp"
 #include "vps/sampling/surface_panels.hpp"
 
@@ -27,7 +26,7 @@ struct Cell {
 
 // The panels of each cell are added in their order, whoever does it: a task adds those of its share of the cells.
 std::vector<Cell> SumCells(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
-                           std::uint32_t num_points, core::ParallelFor* workers) {
+                           std::size_t num_points, core::ParallelFor* workers) {
   constexpr std::size_t kShares = 8;  // free: enough for some workers; each looks at all owners
   std::vector<Cell> cells(num_points);
   core::ForEach(workers, kShares, [&](std::size_t share) {
@@ -60,59 +59,53 @@ double FindReach_m(const std::vector<SurfacePanel>& panels, const std::vector<st
   return *std::max_element(reaches_m.begin(), reaches_m.end());
 }
 
-// The root of the area that a point stands for. Errors: no area, too many points.
-core::Result<double> Spacing_m(const TriangleMesh& mesh, std::uint32_t num_points) {
+}  // namespace
+
+core::Result<SamplingPlan> PlanSampling(const TriangleMesh& mesh, std::uint32_t num_points,
+                                        core::ParallelFor* workers) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "the number of points must be between 1 and " + std::to_string(kMaxPoints));
   }
   const double area_m2 = SurfaceArea_m2(mesh);
   if (!(area_m2 > 0.0)) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no area to sample");
-  return std::sqrt(area_m2 / num_points);
-}
-
-// Errors: more than are allowed.
-core::Result<double> BytesOf(std::size_t num_panels, std::uint32_t num_points) {
+  SamplingPlan plan;
+  plan.spacing_m = std::sqrt(area_m2 / num_points);
+  plan.panel_begins = CountPanels(mesh, kPanelSize * plan.spacing_m, workers);
   // A panel and its owner; of a point its candidates with their heap and grid, before there are panels.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + sizeof(std::uint32_t);
   constexpr double kBytesPerPoint = 500.0;
-  const double bytes = std::max(kBytesPerPanel * static_cast<double>(num_panels), kBytesPerPoint * num_points);
-  if (bytes <= kMostSamplingBytes) return bytes;
+  plan.bytes = std::max(kBytesPerPanel * static_cast<double>(plan.panel_begins.back()), kBytesPerPoint * num_points);
+  if (plan.bytes <= kMostSamplingBytes) return plan;
   char text[200];
-  std::snprintf(
-      text, sizeof text,
-      "%u points take about %.3g MB of memory while they are spread, more than the %.3g MB allowed: take fewer",
-      num_points, 1e-6 * bytes, 1e-6 * kMostSamplingBytes);
+  std::snprintf(text, sizeof text,
+                "%u points take about %.3g MB while they are spread, more than the %.3g MB allowed: take fewer",
+                num_points, 1e-6 * plan.bytes, 1e-6 * kMostSamplingBytes);
   return core::Fail(core::ErrorCode::kResource, text);
-}
-
-}  // namespace
-
-core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points, core::ParallelFor* workers) {
-  const auto spacing_m = Spacing_m(mesh, num_points);
-  if (!spacing_m) return tl::unexpected(spacing_m.error());
-  return BytesOf(CountPanels(mesh, kPanelSize * *spacing_m, workers).back(), num_points);
 }
 
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points, const Progress& progress,
                                            core::ParallelFor* workers) {
-  const auto spacing_m = Spacing_m(mesh, num_points);
-  if (!spacing_m) return tl::unexpected(spacing_m.error());
-  const std::vector<std::size_t> begins = CountPanels(mesh, kPanelSize * *spacing_m, workers);
-  if (const auto bytes = BytesOf(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
+  const auto plan = PlanSampling(mesh, num_points, workers);
+  if (!plan) return tl::unexpected(plan.error());
   auto shell = BuildPointshell(mesh, num_points, progress, workers);
   if (!shell) return tl::unexpected(shell.error());
-  Places places{std::move(shell->points_m), std::move(shell->inward_normals), *spacing_m};
+  return SpreadSamples(mesh, *plan, std::move(*shell), progress, workers);
+}
+
+SurfaceSamples SpreadSamples(const TriangleMesh& mesh, const SamplingPlan& plan, Pointshell shell,
+                             const Progress& progress, core::ParallelFor* workers) {
+  Places places{std::move(shell.points_m), std::move(shell.inward_normals), plan.spacing_m};
   for (glm::dvec3& normal : places.normals) normal = -normal;
   if (progress) progress("points: panels", 0.0);
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, kPanelSize * *spacing_m, begins, workers);
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, kPanelSize * plan.spacing_m, plan.panel_begins, workers);
 
   std::vector<std::uint32_t> owners;
   std::vector<Cell> cells;
   for (int round = 0; round < kRelaxations; ++round) {
     if (progress) progress("points: areas", static_cast<double>(round) / kRelaxations);
     owners = FindOwners(panels, places, workers);
-    cells = SumCells(panels, owners, num_points, workers);
+    cells = SumCells(panels, owners, places.points_m.size(), workers);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (cells[i].area_m2 == 0.0) continue;
       places.points_m[i] = cells[i].place / cells[i].area_m2;

@@ -9,6 +9,7 @@
 #include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
+#include "vps/pointshell/pointshell.hpp"
 
 namespace vps {
 
@@ -24,19 +25,29 @@ struct SurfaceSamples {
   double reach_m = 0.0;          // largest radius of a patch about its point
 };
 
-// Peak memory of sampling, estimated from the mesh alone: panels are counted, nothing is built. Errors: no area, too
-// many points (kInvalidInput), more than kMostSamplingBytes (kResource; the limit is not derived).
+// What is known of a sampling from the mesh alone: panels are counted, nothing is built.
+struct SamplingPlan {
+  double spacing_m = 0.0;                 // the root of the area that a point stands for
+  std::vector<std::size_t> panel_begins;  // CountPanels
+  double bytes = 0.0;                     // peak memory
+};
+
+// Errors: no area, too many points (kInvalidInput), more than kMostSamplingBytes (kResource; the limit is not derived).
 constexpr double kMostSamplingBytes = 12e9;
-core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points,
-                                   core::ParallelFor* workers = nullptr);
+core::Result<SamplingPlan> PlanSampling(const TriangleMesh& mesh, std::uint32_t num_points,
+                                        core::ParallelFor* workers = nullptr);
 
 // Blue noise (BuildPointshell), and the surface cut into panels, about twenty for each point. Every panel belongs to a
 // point near it, of the same face (FindOwners); points move to the centroid of their panels, and once more (Lloyd), and
 // take their mean normal. Areas and vector areas are exact; so is the integral of a depth that varies linearly over
-// each cell. Deterministic, with any number of workers. Errors: no area, too many points, more memory than
-// kMostSamplingBytes.
+// each cell. Deterministic, with any number of workers. Errors: those of PlanSampling.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {},
                                            core::ParallelFor* workers = nullptr);
+
+// The same from the blue noise on, which is BuildPointshell's of this mesh and number of points.
+SurfaceSamples SpreadSamples(const TriangleMesh& mesh, const SamplingPlan& plan, Pointshell shell,
+                             const std::function<void(std::string_view, double)>& progress = {},
+                             core::ParallelFor* workers = nullptr);
 
 }  // namespace vps
