@@ -59,8 +59,9 @@ double LongestPatch_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);
 }
 
-// The sampled side of `fast`. One worker thins the finest blue noise, in order; beside it the others make the coarser
-// samples, one level each. All share the rest of the finest.
+// The sampled side of `fast`. Blue noise is thinned in order, by one worker. So one makes that of the finest level,
+// which all then share, and every second of the other levels; another makes the rest. No more than two levels are in
+// memory.
 core::Result<void> AddSamples(const TriangleMesh& solid, std::uint32_t num_points, const Progress& progress,
                               core::ParallelFor* workers, CookedObject* object) {
   const auto plan = PlanSampling(solid, num_points, workers);
@@ -69,12 +70,9 @@ core::Result<void> AddSamples(const TriangleMesh& solid, std::uint32_t num_point
   for (std::uint32_t n = num_points / 4; n >= kFewestSamples; n /= 4) coarser.push_back(n);
   core::Result<Pointshell> shell;
   std::vector<core::Result<SurfaceSamples>> levels(coarser.size());
-  core::ForEach(workers, levels.size() + 1, [&](std::size_t i) {
-    if (i == 0) {
-      shell = BuildPointshell(solid, num_points, progress);
-    } else {
-      levels[i - 1] = SampleSurface(solid, coarser[i - 1]);
-    }
+  core::ForEach(workers, 2, [&](std::size_t half) {
+    if (half == 1) shell = BuildPointshell(solid, num_points, progress);
+    for (std::size_t i = half; i < levels.size(); i += 2) levels[i] = SampleSurface(solid, coarser[i]);
   });
   if (!shell) return tl::unexpected(shell.error());
   const SurfaceSamples finest = SpreadSamples(solid, *plan, std::move(*shell), progress, workers);

@@ -88,33 +88,48 @@ class Bounds {
       : field_(field),
         n_(field.nx >> field.coarse_shift, field.ny >> field.coarse_shift, field.nz >> field.coarse_shift),
         side_(1 << field.coarse_shift),
-        fall_(field.coarse.size(), kNone) {}
+        fall_(field.coarse.size(), kNone),
+        voxel_falls_(field.coarse.size(), kNone) {}
 
-  std::vector<CoarseCell> Find() {
-    // Farther cells are culled by the distance at their centre alone.
-    const float near = DistanceField::kBandVoxels + 2.0f * static_cast<float>(side_);
-    ForCells([&](const glm::ivec3& c, std::size_t i) {
-      if (std::abs(field_.coarse[i].distance) < near) fall_[i] = OwnFall(c);
+  std::vector<CoarseCell> Find(core::ParallelFor* workers, const std::function<void()>& beside) {
+    const auto num_layers = static_cast<std::size_t>(n_.z);
+    core::ForEach(workers, 1 + num_layers, [&](std::size_t i) {
+      if (i == 0) {
+        beside();
+      } else {
+        FindFalls(static_cast<int>(i - 1));
+      }
     });
-    const std::vector<float> voxel_falls = FindVoxelFalls(field_);
     std::vector<CoarseCell> bounded = field_.coarse;
-    ForCells([&](const glm::ivec3& c, std::size_t i) {
-      const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, kWideMargin));
-      const auto bits = std::bit_cast<std::uint32_t>(bounded[i].distance);
-      bounded[i].distance = std::bit_cast<float>((bits & 0xffffff00U) | wide);
-      bounded[i].gradient = (bounded[i].gradient & 0xffffffU) | Code(voxel_falls[i]) << 24;
-    });
+    core::ForEach(workers, num_layers, [&](std::size_t z) { Bound(static_cast<int>(z), &bounded); });
     return bounded;
   }
 
  private:
+  // Of the cells with the same z.
+  void FindFalls(int z) {
+    // Farther cells are culled by the distance at their centre alone.
+    const float near = DistanceField::kBandVoxels + 2.0f * static_cast<float>(side_);
+    ForCells(z, [&](const glm::ivec3& c, std::size_t i) {
+      if (std::abs(field_.coarse[i].distance) < near) fall_[i] = OwnFall(c);
+    });
+    FindVoxelFalls(field_, z, &voxel_falls_[Index({0, 0, z})]);
+  }
+  void Bound(int z, std::vector<CoarseCell>* bounded) const {
+    ForCells(z, [&](const glm::ivec3& c, std::size_t i) {
+      const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, kWideMargin));
+      CoarseCell& cell = (*bounded)[i];
+      const auto bits = std::bit_cast<std::uint32_t>(cell.distance);
+      cell.distance = std::bit_cast<float>((bits & 0xffffff00U) | wide);
+      cell.gradient = (cell.gradient & 0xffffffU) | Code(voxel_falls_[i]) << 24;
+    });
+  }
+
   template <class Visit>
-  void ForCells(const Visit& visit) const {
-    std::size_t i = 0;
-    for (int z = 0; z < n_.z; ++z) {
-      for (int y = 0; y < n_.y; ++y) {
-        for (int x = 0; x < n_.x; ++x) visit({x, y, z}, i++);
-      }
+  void ForCells(int z, const Visit& visit) const {
+    std::size_t i = Index({0, 0, z});
+    for (int y = 0; y < n_.y; ++y) {
+      for (int x = 0; x < n_.x; ++x) visit({x, y, z}, i++);
     }
   }
   [[nodiscard]] std::size_t Index(const glm::ivec3& c) const {
@@ -181,12 +196,14 @@ class Bounds {
   glm::ivec3 n_;
   int side_;
   std::vector<float> fall_;
+  std::vector<float> voxel_falls_;
 };
 
 }  // namespace
 
-std::vector<CoarseCell> BoundCells(const DistanceField& field) {
-  return Bounds(field).Find();
+std::vector<CoarseCell> BoundCells(const DistanceField& field, core::ParallelFor* workers,
+                                   const std::function<void()>& beside) {
+  return Bounds(field).Find(workers, beside);
 }
 
 }  // namespace vps

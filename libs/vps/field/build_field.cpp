@@ -93,18 +93,12 @@ class FieldBuilder {
     bins_ = {};
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
-    // The triangles are gone through in order, by one worker; another bounds the cells beside it.
-    std::vector<CoarseCell> bounded;
-    core::ForEach(options_.workers, 2, [&](std::size_t i) {
-      if (i == 0) {
-        ComputeBrickTraits(*triangles_, &field_);
-        KeepFacets();
-      } else {
-        bounded = BoundCells(field_);
-      }
+    // Traits are sums over the triangles in order, which one worker makes.
+    field_.coarse = BoundCells(field_, options_.workers, [this] {
+      ComputeBrickTraits(*triangles_, &field_);
+      KeepFacets();
     });
     triangles_.reset();
-    field_.coarse = std::move(bounded);
     Report("bounds", 1.0);
     return std::move(field_);
   }

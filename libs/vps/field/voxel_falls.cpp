@@ -219,21 +219,17 @@ float MostAboveCrease(const DistanceField& field, std::uint32_t record, float d,
   return is_flipped ? std::max(A, B) : std::min(A, B);
 }
 
-std::vector<float> FindVoxelFalls(const DistanceField& field) {
+void FindVoxelFalls(const DistanceField& field, int z, float* falls) {
   const glm::ivec3 n(field.nx >> field.coarse_shift, field.ny >> field.coarse_shift, field.nz >> field.coarse_shift);
   // A cell's centre cannot be farther from the surface than an anchor in it and half the cell's diagonal.
   const float near = kMostAnchorDistance + 0.5f + 0.8661f * static_cast<float>(1 << field.coarse_shift);
-  std::vector<float> all(field.coarse.size(), kNone);
-  VoxelFalls falls(field);
-  std::size_t i = 0;
-  for (int z = 0; z < n.z; ++z) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int x = 0; x < n.x; ++x, ++i) {
-        if (std::abs(field.coarse[i].distance) <= near) all[i] = falls.Of({x, y, z});
-      }
+  VoxelFalls of(field);
+  std::size_t i = static_cast<std::size_t>(z) * static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y);
+  for (int y = 0; y < n.y; ++y) {
+    for (int x = 0; x < n.x; ++x, ++i) {
+      *falls++ = std::abs(field.coarse[i].distance) <= near ? of.Of({x, y, z}) : kNone;
     }
   }
-  return all;
 }
 
 }  // namespace vps

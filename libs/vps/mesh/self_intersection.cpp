@@ -20,7 +20,8 @@ std::optional<glm::dvec3> Pierce(const glm::dvec3& p, const glm::dvec3& q, const
   const glm::dvec3 n = glm::cross(t[1] - t[0], t[2] - t[0]);
   const double of_p = glm::dot(n, p - t[0]);
   const double of_q = glm::dot(n, q - t[0]);
-  if (!((of_p > 0.0 && of_q < 0.0) || (of_p < 0.0 && of_q > 0.0))) return std::nullopt;  // most segments
+  // Both ends on one side, or no area.
+  if (!((of_p > 0.0 && of_q < 0.0) || (of_p < 0.0 && of_q > 0.0))) return std::nullopt;
   const double area2 = glm::length(n);
   const double longest = std::max({glm::length(t[1] - t[0]), glm::length(t[2] - t[1]), glm::length(t[0] - t[2])});
   const double hp = of_p / area2;

@@ -44,10 +44,10 @@ class PointGrid {
   // Calls visit(index) for every point closer than `radius_m`, and some farther ones.
   template <typename Visit>
   void ForNear(const glm::dvec3& p, double radius_m, Visit&& visit) const {
+    const glm::ivec3 lower = CellOf(p - radius_m);
     const glm::ivec3 upper = CellOf(p + radius_m);
-    glm::ivec3 cell = CellOf(p - radius_m);
-    for (const int first_y = cell.y; cell.z <= upper.z; ++cell.z) {
-      for (cell.y = first_y; cell.y <= upper.y; ++cell.y) ForRow(cell, upper.x, visit);
+    for (int z = lower.z; z <= upper.z; ++z) {
+      for (int y = lower.y; y <= upper.y; ++y) ForRow({lower.x, y, z}, upper.x, visit);
     }
   }
 
@@ -60,8 +60,8 @@ class PointGrid {
     }
   }
 
-  // Of the cells from `first` along x to `last_x`. Their buckets, and so their points, are side by side, but where the
-  // table ends.
+  // Calls visit(index) for every point in the cells from `first` along x to `last_x`. Their buckets follow each other
+  // in the table, so that all are read in one go, unless the row runs over the table's end.
   template <typename Visit>
   void ForRow(const glm::ivec3& first, int last_x, Visit&& visit) const {
     const std::size_t begin = Bucket(first);

@@ -31,7 +31,7 @@ struct SampleTree : SphereTree {
 
 SampleTree BuildSampleTree(const SurfaceSamples& samples);
 
-// Upper estimate of BuildSampleTree's memory. Errors: PlanSampling.
+// Upper estimate of BuildSampleTree's memory. Errors: those of PlanSampling.
 struct SampleTreeEstimate {
   double stored_bytes = 0.0;  // of the tree
   double peak_bytes = 0.0;    // while it is built, it included, mesh not

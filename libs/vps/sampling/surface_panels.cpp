@@ -34,7 +34,7 @@ std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, double longest_m,
   const std::size_t num_blocks = (mesh.triangles.size() + kTrianglesOfBlock - 1) / kTrianglesOfBlock;
   std::vector<std::size_t> begins(num_blocks + 1, 0);
   core::ForEach(workers, num_blocks, [&](std::size_t block) {
-    std::size_t count = 0;  // of this worker alone: its neighbours' lie in the same cache line
+    std::size_t count = 0;  // apart from begins, whose cache lines other workers write to
     ForPanels(mesh, block, longest_m, [&](const SurfacePanel&) { ++count; });
     begins[block + 1] = count;
   });

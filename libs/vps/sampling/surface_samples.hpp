@@ -27,7 +27,7 @@ struct SurfaceSamples {
 
 // What is known of a sampling from the mesh alone: panels are counted, nothing is built.
 struct SamplingPlan {
-  double spacing_m = 0.0;                 // the root of the area that a point stands for
+  double spacing_m = 0.0;                 // square root of a point's share of the area
   std::vector<std::size_t> panel_begins;  // CountPanels
   double bytes = 0.0;                     // peak memory
 };
@@ -45,7 +45,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
                                            const std::function<void(std::string_view, double)>& progress = {},
                                            core::ParallelFor* workers = nullptr);
 
-// The same from the blue noise on, which is BuildPointshell's of this mesh and number of points.
+// The second half of it: `plan` is PlanSampling's, `shell` BuildPointshell's, of this mesh and number of points.
 SurfaceSamples SpreadSamples(const TriangleMesh& mesh, const SamplingPlan& plan, Pointshell shell,
                              const std::function<void(std::string_view, double)>& progress = {},
                              core::ParallelFor* workers = nullptr);

@@ -68,8 +68,9 @@ core::Result<void> PrintMemory(const vps::TriangleMesh& solid, const vps::Box& b
   if (parameters.method == vps::Method::kFast && parameters.num_points > 0) {
     const auto estimate = vps::EstimateSampleTree(solid, parameters.num_points);
     if (!estimate) return tl::unexpected(estimate.error());
-    // Coarser ones too: a quarter of them, a sixteenth ...
-    PrintBytes("samples", 4.0 / 3.0 * estimate->stored_bytes, 4.0 / 3.0 * estimate->peak_bytes);
+    // Coarser ones too: a quarter of them, a sixteenth ... Two levels are made at once, and the panels of a finely
+    // tessellated mesh are as many at every level.
+    PrintBytes("samples", 4.0 / 3.0 * estimate->stored_bytes, 2.0 * estimate->peak_bytes);
   }
   if (parameters.voxel_size_m <= 0.0) return {};
   if (parameters.method == vps::Method::kFast) {
