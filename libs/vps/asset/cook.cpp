@@ -59,9 +59,9 @@ double LongestPatch_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);
 }
 
-// The sampled side of `fast`. Blue noise is thinned in order, by one worker. So one makes that of the finest level,
-// which all then share, and every second of the other levels; another makes the rest. No more than two levels are in
-// memory.
+// The sampled side of `fast`. Two workers make the levels, each every second one, so that no more than two are in
+// memory. Of the finest level only the blue noise is made there, which one worker has to thin in order; what is left of
+// it all workers share.
 core::Result<void> AddSamples(const TriangleMesh& solid, std::uint32_t num_points, const Progress& progress,
                               core::ParallelFor* workers, CookedObject* object) {
   const auto plan = PlanSampling(solid, num_points, workers);

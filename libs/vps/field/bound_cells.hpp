@@ -12,8 +12,8 @@ namespace vps {
 // points that face a surface closely without touching it. Exact but for rounding up: every cell is a plane or planes
 // combined, so the largest differences are at its corners. `workers` may be null; the result is the same.
 //
-// `beside` is called once, by one worker while the others bound cells. It may change whatever is not read for that:
-// words, bricks, creases, coarse cells and the numbers of voxels.
+// `beside` is called once, by one worker while the others bound cells. It must not change what they read: words,
+// bricks, creases, coarse cells and the numbers of voxels.
 std::vector<CoarseCell> BoundCells(const DistanceField& field, core::ParallelFor* workers,
                                    const std::function<void()>& beside);
 
