@@ -33,8 +33,7 @@ struct PairDescription {
   double friction = 0.2;
   double look_ahead_m = 0.002;
   // `fast`: wanted error of the force over the integral of depth, and the most places of G's field that are read for it
-  // (SurfaceWalk). An error of negligible_N does not count: below what a hand feels, and far below
-  // what moves a part. PairResult::force_error_N tells what was reached.
+  // (SurfaceWalk). An error of negligible_N does not count: no hand feels it. Reached is PairResult::force_error_N.
   double accuracy = 0.1;
   double negligible_N = 0.01;
   std::uint32_t most_places = 2048;

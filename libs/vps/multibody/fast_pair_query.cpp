@@ -13,8 +13,8 @@ namespace {
 
 // Whatever the budget of points is. Not derived: the first passes of a contact of one place.
 constexpr std::uint32_t kLeastPlaces = 256;
-// What did not suffice, coarser samples or a proof that nothing touches, is tried again after so many queries. Not
-// derived: each time costs up to a query.
+// What did not suffice, coarser samples, a proof that nothing touches or a surface that did not count, is tried again
+// after so many queries. Not derived: each time costs up to a query.
 constexpr int kQueriesToRetry = 20;
 // Patches farther apart than this become several planes, voxels. Not derived.
 constexpr double kWidestPlane = 2.0;
@@ -273,23 +273,23 @@ void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool i
   }
 }
 
-// Two estimates of the same integral, of the surface and of its samples, with errors e and f: weighted by the inverse
-// of their squares, the samples' has the weight e^2 / (e^2 + f^2); what they decide alone has the weight 1. Errors are
-// added with those weights. Weights below 2 % are 0, so that planes come from one of the two where the other says next
-// to nothing.
-//
+// The weight of the samples' estimate beside the surface's of the same integral, with errors f and e: by the inverse of
+// their squares e^2 / (e^2 + f^2), and 1 of what the samples decide alone. Weights below 2 % are 0, so that planes come
+// from one of the two where the other says next to nothing.
+double ShareOfSamples(double e, double f, double sureness) {
+  constexpr double kLeastWeight = 0.02;
+  const double by_errors = e > 0.0 ? e * e / (e * e + f * f) : 0.0;
+  const double weight = by_errors + sureness * (1.0 - by_errors);
+  return std::clamp((weight - kLeastWeight) / (1.0 - 2.0 * kLeastWeight), 0.0, 1.0);
+}
+
+// Both estimates with those weights, `share` the samples'; so are their errors.
 // What the samples miss has one sign: max(d, 0) at a sample is at most its mean over the cell (Jensen), so V is at
 // least what they say, but for the field's error. What may be wrong either way is the doubt D, that and the surface's
 // error. Where V is not above D there is no contact, and V counts with 1 - (D / V)^2, the estimator of James and Stein:
 // nothing to speak of where D is a few percent; where no estimate is good, no force comes from what is not known.
 TouchIntegral Combine(const SurfaceWalk::Result& surface, const FieldWalkResult& walk,
-                      const SampleError& error_of_samples, double sureness_of_samples) {
-  const double e = surface.error_m3 * surface.error_m3;
-  const double f = error_of_samples.sum_m3() * error_of_samples.sum_m3();
-  constexpr double kLeastWeight = 0.02;
-  const double by_errors = e > 0.0 ? e / (e + f) : 0.0;
-  const double weight = by_errors + sureness_of_samples * (1.0 - by_errors);
-  const double share = std::clamp((weight - kLeastWeight) / (1.0 - 2.0 * kLeastWeight), 0.0, 1.0);
+                      const SampleError& error_of_samples, double share) {
   const auto mix = [share](const auto& a, const auto& b) { return (1.0 - share) * a + share * b; };
   TouchIntegral touch;
   touch.share_of_samples = share;
@@ -384,20 +384,32 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const double sureness = std::clamp(2.0 - error.sum_m3() / wanted_of_samples_m3, 0.0, 1.0);
   // The force is at most the stiffness times the depth (AreaScale): up to this one it is negligible.
   const double unfelt_m = pair.negligible_N / std::max(pair.stiffness_N_per_m, 1e-9);
+  // The surface is not read where it would not count: if it had no error, or as large a one as when it did not.
+  TouchMemory* const memory = scratch->memory;
+  const auto share_with = [&](double e) { return ShareOfSamples(e, error.sum_m3(), sureness); };
+  const bool may_count = share_with(0.0) < 1.0;
+  const bool is_hopeless =
+      may_count && memory != nullptr && memory->queries_to_surface > 0 && share_with(memory->hopeless_error_m3) == 1.0;
+  const bool is_read = may_count && !is_hopeless;
   scratch->places_read = 0;
   const SurfaceWalk::Result& surface =
-      sureness < 1.0 ? RunTouch(parts, X_GS, goal, unfelt_m, scratch) : scratch->surface.ClearResult();
+      is_read ? RunTouch(parts, X_GS, goal, unfelt_m, scratch) : scratch->surface.ClearResult();
   const auto points = static_cast<std::uint32_t>(scratch->places_read) * kPointsOfPlace;
   result->counters.points_tested += points;
   scratch->points_due += surface.is_accurate ? points : 2 * points;  // as much again: not derived
-  scratch->touch = Combine(surface, walk, error, sureness);
+  scratch->touch = Combine(surface, walk, error, is_read ? share_with(surface.error_m3) : 1.0);
   scratch->touch.error_m3 += scratch->touch.share_of_samples * LeftOut_m3(parts.samples, walk);
   const TouchIntegral& touch = scratch->touch;
-  if (scratch->memory != nullptr) {
-    ChooseCoarseness(parts, walk, touch.is_contact(), error, wanted_of_samples_m3, scratch->memory);
+  if (memory != nullptr) {
+    ChooseCoarseness(parts, walk, touch.is_contact(), error, wanted_of_samples_m3, memory);
+    if (is_hopeless) --memory->queries_to_surface, --memory->queries_to_wait;
+    const bool was_of_use = touch.share_of_samples < 1.0 || memory->apart_m > 0.0;
+    if (is_read) memory->hopeless_error_m3 = surface.error_m3;
+    if (is_read) memory->queries_to_surface = was_of_use ? 0 : kQueriesToRetry;
   }
   const double wanted_m3 = std::max(goal.negligible_m3, goal.accuracy * touch.volume_m3);
-  scratch->is_cut_short |= !surface.is_accurate && touch.error_m3 > wanted_m3;
+  scratch->is_cut_short |= (is_hopeless || !surface.is_accurate) && touch.error_m3 > wanted_m3;
+  if (touch.share_of_samples == 1.0) scratch->surface.ClearResult();
   const double scale = AreaScale(touch.volume_m3, touch.square_m4, parts.samples.area_m2, rho);
   result->f_So_S = scale * PenetrationSum{touch.force_m3, touch.moment_m4};
   result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
@@ -439,7 +451,6 @@ double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core:
     const double scale = AreaScale(touch.volume_m3, touch.square_m4, parts.samples.area_m2, rho);
     load = {touch.force_m3, touch.moment_m4, touch.volume_m3, scale * pair.stiffness_N_per_m};
     for (const ContactPatch& part : scratch->surface.parts()) {
-      if (touch.share_of_samples == 1.0) break;
       scratch->patches[num_patches] = part;
       Scale(static_cast<float>(1.0 - touch.share_of_samples), &scratch->patches[num_patches++]);
     }

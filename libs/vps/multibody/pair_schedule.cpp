@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vps/walk/walk_memory.hpp"
+
 namespace vps {
 namespace {
 
@@ -13,13 +15,7 @@ constexpr double kLeastPace_m = 1e-6;
 }  // namespace
 
 void PairSchedule::AddObject(const core::Pose& X_WO, const glm::dvec3& centre_m, double radius_m) {
-  Object object;
-  object.X_WO = X_WO;
-  object.centre_m = centre_m;
-  object.centre_W = X_WO * centre_m;
-  object.radius_m = radius_m;
-  object.reach_m = radius_m;
-  objects_.push_back(std::move(object));
+  objects_.push_back({X_WO, centre_m, X_WO * centre_m, radius_m, radius_m});
 }
 
 void PairSchedule::AddPair(std::uint32_t a, std::uint32_t b, double zone_m) {
@@ -45,17 +41,12 @@ void PairSchedule::Finish() {
   for (std::size_t i = 0; i < pairs_.size(); ++i) Wake(i);
 }
 
-// Odometer: a point of a ball of radius r around c moves by at most |dc| + 2 sin(a / 2) r when its body turns by the
-// angle a and c moves by dc; the vector part of the turn's quaternion has the length sin(a / 2).
 void PairSchedule::SetPose(std::size_t index, const core::Pose& X_WO) {
   Object& object = objects_[index];
   if (object.X_WO.rotation == X_WO.rotation && object.X_WO.translation == X_WO.translation) return;
-  const glm::dvec3 centre_W = X_WO * object.centre_m;
-  const glm::dquat turn = X_WO.rotation * glm::conjugate(object.X_WO.rotation);
-  const double sine = glm::length(glm::dvec3(turn.x, turn.y, turn.z));
-  object.travel_m += (glm::length(centre_W - object.centre_W) + 2.0 * sine * object.reach_m) * (1.0 + 1e-12);
+  object.travel_m += MotionBound(object.X_WO, object.centre_W, X_WO, object.centre_m, object.reach_m) * (1.0 + 1e-12);
   object.X_WO = X_WO;
-  object.centre_W = centre_W;
+  object.centre_W = X_WO * object.centre_m;
 }
 
 const std::vector<std::uint32_t>& PairSchedule::Collect() {
@@ -120,10 +111,6 @@ void PairSchedule::Rest(std::size_t index, double free_m) {
 void PairSchedule::Hold(std::size_t index) {
   Stop(index);
   held_.Set(index);
-}
-
-void PairSchedule::Wake(std::size_t pair) {
-  woken_.Set(pair);
 }
 
 void PairSchedule::Stop(std::size_t index) {

@@ -37,10 +37,10 @@ class PairSchedule {
   // The pairs to test, ascending; valid until the next call. One call a cycle, after the poses are set.
   const std::vector<std::uint32_t>& Collect();
   // Sets the state of a pair, which holds until the next of these calls for it. The pair is selected ...
-  void Rest(std::size_t pair, double free_m);  // when its objects have used up `free_m` > 0
-  void Hold(std::size_t pair);                 // in every cycle
-  void Wake(std::size_t pair);                 // in the next cycle and until Rest, Hold or Stop
-  void Stop(std::size_t pair);                 // never
+  void Rest(std::size_t pair, double free_m);        // when its objects have used up `free_m` > 0
+  void Hold(std::size_t pair);                       // in every cycle
+  void Wake(std::size_t pair) { woken_.Set(pair); }  // in the next cycle and until Rest, Hold or Stop
+  void Stop(std::size_t pair);                       // never
 
   // Free distance left to a resting pair [m]; of a held one minus the travel since Hold.
   [[nodiscard]] double FreeDistance_m(std::size_t pair) const {
@@ -74,8 +74,8 @@ class PairSchedule {
     double pace_m = 0.0;         // of the last cycle in which it moved
     double least_reading_m = kNever;
     bool has_moved = false;
-    std::vector<double> readings_m;  // one for each of its pairs
-    std::vector<std::uint32_t> pairs;
+    std::vector<double> readings_m{};  // one for each of its pairs
+    std::vector<std::uint32_t> pairs{};
   };
   struct Pair {
     std::uint32_t a = 0;
