@@ -273,9 +273,8 @@ void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool i
   }
 }
 
-// The weight of the samples' estimate beside the surface's of the same integral, with errors f and e: by the inverse of
-// their squares e^2 / (e^2 + f^2), and 1 of what the samples decide alone. Weights below 2 % are 0, so that planes come
-// from one of the two where the other says next to nothing.
+// The weight of the samples' estimate, of error f, beside the surface's, of error e: e^2 / (e^2 + f^2), and 1 of what
+// they decide alone. Weights below 2 % are 0: planes come from one of the two where the other says next to nothing.
 double ShareOfSamples(double e, double f, double sureness) {
   constexpr double kLeastWeight = 0.02;
   const double by_errors = e > 0.0 ? e * e / (e * e + f * f) : 0.0;
@@ -402,7 +401,8 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
   const TouchIntegral& touch = scratch->touch;
   if (memory != nullptr) {
     ChooseCoarseness(parts, walk, touch.is_contact(), error, wanted_of_samples_m3, memory);
-    if (is_hopeless) --memory->queries_to_surface, --memory->queries_to_wait;
+    if (is_hopeless) --memory->queries_to_surface;
+    if (is_hopeless) --memory->queries_to_wait;
     const bool was_of_use = touch.share_of_samples < 1.0 || memory->apart_m > 0.0;
     if (is_read) memory->hopeless_error_m3 = surface.error_m3;
     if (is_read) memory->queries_to_surface = was_of_use ? 0 : kQueriesToRetry;
