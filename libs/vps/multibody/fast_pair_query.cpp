@@ -273,6 +273,20 @@ void ChooseCoarseness(const FastPair& parts, const FieldWalkResult& walk, bool i
   }
 }
 
+// What the surface is read for; of a budget, what the walk has left.
+SurfaceGoal GoalOfSurface(const FastPair& parts, const PairDescription& pair, double rho,
+                          const FastPairScratch& scratch) {
+  SurfaceGoal goal;
+  goal.accuracy = pair.accuracy;
+  goal.negligible_m3 = Negligible_m3(parts, pair, rho);
+  goal.most_places = pair.most_places;
+  if (scratch.most_points != 0) {
+    const std::uint32_t left = scratch.most_points - std::min(scratch.most_points, scratch.found.points_tested);
+    goal.most_places = std::clamp(left / kPointsOfPlace, std::min(kLeastPlaces, pair.most_places), pair.most_places);
+  }
+  return goal;
+}
+
 // The weight of the samples' estimate, of error f, beside the surface's, of error e: e^2 / (e^2 + f^2), and 1 of what
 // they decide alone. Weights below 2 % are 0: planes come from one of the two where the other says next to nothing.
 double ShareOfSamples(double e, double f, double sureness) {
@@ -369,14 +383,7 @@ void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::P
                     double rho, FastPairScratch* scratch, PairResult* result) {
   ClearTouch(scratch, result);
   const FieldWalkResult& walk = scratch->found;
-  SurfaceGoal goal;
-  goal.accuracy = pair.accuracy;
-  goal.negligible_m3 = Negligible_m3(parts, pair, rho);
-  goal.most_places = pair.most_places;
-  if (scratch->most_points != 0) {
-    const std::uint32_t left = scratch->most_points - std::min(scratch->most_points, walk.points_tested);
-    goal.most_places = std::clamp(left / kPointsOfPlace, std::min(kLeastPlaces, pair.most_places), pair.most_places);
-  }
+  const SurfaceGoal goal = GoalOfSurface(parts, pair, rho, *scratch);
   const SampleError error = ErrorOfSamples(parts, X_GS, scratch->walk, walk);
   const double wanted_of_samples_m3 = WantedOfSamples_m3(parts, pair, rho, walk);
   // How much the samples alone decide: wholly while their error is at most the wanted one, not at all from twice it on.

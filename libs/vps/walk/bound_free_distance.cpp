@@ -4,22 +4,6 @@
 #include <limits>
 
 namespace vps {
-namespace {
-
-// Pairwise, so that a compiler takes several at once.
-float LeastOf(const float* bounds) {
-  float least[kBlock / 2];
-  for (std::uint32_t k = 0; k < kBlock / 2; ++k) {
-    const float other = bounds[k + kBlock / 2];
-    least[k] = other < bounds[k] ? other : bounds[k];
-  }
-  for (std::uint32_t half = kBlock / 4; half > 0; half /= 2) {
-    for (std::uint32_t k = 0; k < half; ++k) least[k] = least[k + half] < least[k] ? least[k + half] : least[k];
-  }
-  return least[0];
-}
-
-}  // namespace
 
 double BoundFreeDistance(const WalkInput& in, const WalkKernels& kernels, std::uint32_t* spheres_tested) {
   struct {
@@ -38,11 +22,10 @@ double BoundFreeDistance(const WalkInput& in, const WalkKernels& kernels, std::u
       const auto k = static_cast<std::uint32_t>(lane - bounds[nearest]);
       blocks[n] = {parent.level - 1, parent.number * kBlock + k};
       *lane = std::numeric_limits<float>::infinity();
-      leasts[nearest] = LeastOf(bounds[nearest]);
+      leasts[nearest] = *std::min_element(bounds[nearest], bounds[nearest] + kBlock);
     }
-    kernels.bound(in, in.level_begin[blocks[n].level] + blocks[n].number, bounds[n]);
+    leasts[n] = kernels.bound(in, in.level_begin[blocks[n].level] + blocks[n].number, bounds[n]);
     *spheres_tested += kBlock;
-    leasts[n] = LeastOf(bounds[n]);
     nearest = static_cast<std::uint32_t>(std::min_element(leasts, leasts + n + 1) - leasts);
   }
   return static_cast<double>(leasts[nearest]);

@@ -126,8 +126,8 @@ struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
   void (*evaluate)(const WalkInput&, WalkChunk*);
   // Of the sixteen spheres of a block, counted from level 0's, lower bounds of the distance of what they hold, voxels.
-  // Infinite of fillers, which have no children.
-  void (*bound)(const WalkInput&, std::uint32_t block, float* bounds);
+  // Infinite of fillers, which have no children. Returns the least.
+  float (*bound)(const WalkInput&, std::uint32_t block, float* bounds);
   void (*measure)(const WalkInput&, FacetPoints*, std::uint32_t count, FacetScratch*);
   // Depth and slope at the centres of sixteen patches; then their integrals, errors, and what is to be opened.
   void (*read)(const PatchInput&, PatchBlock*);

@@ -115,7 +115,8 @@ inline F BoundSpheres(const WalkInput& in, const SphereBlock& block, int at) {
     const F least = plane - ToF(fall - 1) * (1.0f / kFallSteps) - FindSink(in, block, at, g);
     bound = holds & (I)(fall != 0) ? Max(bound, least) : bound;
   };
-  take(cell.distance + Dot(cell.g, cell.e), cell.wide, cell.g, r <= kWideMargin);
+  const I is_narrow = r <= kWideMargin;
+  if (Bits(is_narrow) != 0) take(cell.distance + Dot(cell.g, cell.e), cell.wide, cell.g, is_narrow);
   const I is_small = (r <= kCloseRadius) & (bound <= in.margin);
   if (Bits(is_small) != 0) {
     const Voxel voxel = FindVoxel(in, q);
@@ -128,12 +129,16 @@ inline F BoundSpheres(const WalkInput& in, const SphereBlock& block, int at) {
   return bound;
 }
 
-void Bound(const WalkInput& in, std::uint32_t block, float* bounds) {
+float Bound(const WalkInput& in, std::uint32_t block, float* bounds) {
   const SphereBlock& spheres = in.spheres[block];
+  F least = Fill(__builtin_inff());
   for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
     const I is_sphere = LoadF(spheres.x + at) < SampleTree::kFarAway_m;
-    StoreF(bounds + at, is_sphere ? BoundSpheres(in, spheres, at) : Fill(__builtin_inff()));
+    const F bound = is_sphere ? BoundSpheres(in, spheres, at) : Fill(__builtin_inff());
+    StoreF(bounds + at, bound);
+    least = Min(least, bound);
   }
+  return Least(least);
 }
 
 // Estimate of the least distance of the points of spheres of level 0: the field at the centre, less the depth of the
