@@ -47,8 +47,9 @@ TEST(ProgressLine, OnATerminalIsOneLineThatIsErasedAtTheEnd) {
   // A read gives what has come so far: the text is whole once the closed terminal has no more.
   std::string text;
   char part[64];
-  for (ssize_t size = 0; (size = read(terminal, part, sizeof part)) > 0;)
+  for (ssize_t size = 0; (size = read(terminal, part, sizeof part)) > 0;) {
     text.append(part, static_cast<std::size_t>(size));
+  }
   close(terminal);
   EXPECT_THAT(text, HasSubstr("bolt: bricks  50 %"));
   EXPECT_THAT(text, HasSubstr("bolt: bounds 100 %"));
